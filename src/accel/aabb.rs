@@ -1,0 +1,94 @@
+//! Axis-aligned boxes, and *the* box of a triangle.
+//!
+//! Every structure bounds a triangle by [`triangle_bounds`] and by nothing tighter. Two promises rest on that:
+//!
+//! * *No leaks.* The triangle test (Woop, Benthin, Wald 2013) is exact for the sheared, rounded vertices; those differ
+//!   from the true ones by a few ulps of their distance from the ray's origin. The slab test allows for the relative
+//!   part ([`crate::trace::SLAB_PAD`], after Ize 2013); the padding here covers the part that is relative
+//!   to the triangle's own size, and denormal sizes.
+//! * *The same hit from every structure.* A hit's distance is clamped to the interval in which the ray is inside this very box
+//!   ([`crate::trace::triangle`]). Slab distances grow monotonically with the box, in floating point too, so no box or cell
+//!   that contains the triangle can be culled against a hit that the triangle would win or tie.
+
+use glam::Vec3;
+
+/// Triangles with a coordinate beyond this (or not a number) are dropped: areas and differences of such boxes
+/// would overflow. Embree draws the line at the same place.
+pub const MAX_COORDINATE: f32 = 1.844e18;
+
+/// A box; empty when any `lo > hi`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    pub lo: Vec3,
+    pub hi: Vec3,
+}
+
+impl Aabb {
+    pub const EMPTY: Aabb = Aabb { lo: Vec3::INFINITY, hi: Vec3::NEG_INFINITY };
+
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        !self.lo.cmple(self.hi).all()
+    }
+
+    /// Grows to contain `point`.
+    #[inline]
+    pub fn grow(&mut self, point: Vec3) {
+        self.lo = self.lo.min(point);
+        self.hi = self.hi.max(point);
+    }
+
+    #[inline]
+    pub fn union(self, other: Aabb) -> Aabb {
+        Aabb { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    /// The common part; empty when there is none.
+    #[inline]
+    pub fn intersection(self, other: Aabb) -> Aabb {
+        Aabb { lo: self.lo.max(other.lo), hi: self.hi.min(other.hi) }
+    }
+
+    /// Whether `other` lies inside or on the border. An empty box is inside every box.
+    #[inline]
+    pub fn contains(&self, other: &Aabb) -> bool {
+        other.is_empty() || (self.lo.cmple(other.lo).all() && other.hi.cmple(self.hi).all())
+    }
+
+    #[inline]
+    pub fn extent(&self) -> Vec3 {
+        self.hi - self.lo
+    }
+
+    #[inline]
+    pub fn center(&self) -> Vec3 {
+        self.lo * 0.5 + self.hi * 0.5
+    }
+
+    /// Half the surface area, the measure of the surface area heuristic; 0 for an empty box.
+    #[inline]
+    pub fn half_area(&self) -> f32 {
+        if self.is_empty() {
+            return 0.0;
+        }
+        let e = self.extent();
+        e.x * e.y + (e.y * e.z + e.z * e.x)
+    }
+}
+
+/// The padded box of a triangle; empty when a corner is not finite or out of range, so that no ray meets it.
+#[inline]
+pub fn triangle_bounds(corners: [Vec3; 3]) -> Aabb {
+    let [a, b, c] = corners;
+    // `max` would swallow a NaN; the sum of magnitudes does not.
+    let reach = (a.abs() + b.abs()) + c.abs();
+    if !(reach.x <= 3.0 * MAX_COORDINATE && reach.y <= 3.0 * MAX_COORDINATE && reach.z <= 3.0 * MAX_COORDINATE) {
+        return Aabb::EMPTY;
+    }
+    let tight = Aabb { lo: a.min(b).min(c), hi: a.max(b).max(c) };
+    // 4 ulps of the largest side, and a few denormals for meshes of denormal size.
+    const RELATIVE: f32 = 1.0 / (1 << 22) as f32;
+    const ABSOLUTE: f32 = f32::MIN_POSITIVE / (1 << 16) as f32;
+    let pad = Vec3::splat(tight.extent().max_element() * RELATIVE + ABSOLUTE);
+    Aabb { lo: tight.lo - pad, hi: tight.hi + pad }
+}

@@ -1,0 +1,28 @@
+//! What one frame cost.
+
+/// Times in seconds, of wall clock; counts of this frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameStats {
+    /// Bringing the structures up to date, top level included.
+    pub update_seconds: f64,
+    /// Top level alone.
+    pub top_level_seconds: f64,
+    /// Tiles: rays and shading together.
+    pub render_seconds: f64,
+    pub total_seconds: f64,
+    pub primary_rays: u64,
+    pub shadow_rays: u64,
+    /// Reflection, refraction and other rays sent by shaders.
+    pub secondary_rays: u64,
+    pub instances: u64,
+    /// Triangles after instancing.
+    pub triangles: u64,
+    /// Object structures built anew or brought up to date in place.
+    pub objects_built: u32,
+    pub objects_refitted: u32,
+    pub nodes_updated: u64,
+    /// Bytes held by acceleration structures.
+    pub structure_bytes: u64,
+    /// The frame was cancelled; some tiles keep what they showed before.
+    pub cancelled: bool,
+}

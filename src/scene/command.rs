@@ -1,0 +1,87 @@
+//! Changes of the retained scene as plain data.
+//!
+//! The state machine validates, then sends commands; the back-end applies them in order when a frame starts.
+//! A command that was sent is always valid: applying one cannot fail.
+
+use super::{Mesh, Motion, Name, Object, ParamValue, Scene, Shader, ShaderClass, Strategy, Texture};
+use glam::Vec3;
+use std::sync::Arc;
+
+pub enum Command {
+    DefineObject { name: Name, mesh: Mesh, motion: Motion },
+    SetStrategy { name: Name, strategy: Strategy },
+    /// New positions for vertices `first..first + positions.len()`; the topology stays.
+    UpdatePositions { name: Name, first: u32, positions: Vec<Vec3> },
+    UpdateNormals { name: Name, first: u32, normals: Vec<Vec3> },
+    DeleteObjects { first: Name, count: u32 },
+    DefineClass { name: Name, class: Arc<ShaderClass> },
+    DefineShader { name: Name, class: Name },
+    SetParameter { shader: Name, param: u32, value: ParamValue },
+    DeleteShader { name: Name },
+    DefineTexture { name: Name, texture: Arc<Texture> },
+    DeleteTexture { name: Name },
+}
+
+impl Scene {
+    /// Applies one command. Names that do not exist are ignored: the sender has validated them, and a
+    /// deletion may have overtaken a change.
+    pub fn apply(&mut self, command: Command) {
+        self.epoch += 1;
+        match command {
+            Command::DefineObject { name, mesh, motion } => {
+                let object = self.objects.entry(name).or_default();
+                let topology_version = object.topology_version + 1;
+                *object = Object { mesh, motion, topology_version, ..*object };
+            }
+            Command::SetStrategy { name, strategy } => {
+                self.objects.entry(name).or_default().strategy = strategy;
+            }
+            Command::UpdatePositions { name, first, positions } => {
+                if let Some(object) = self.objects.get_mut(&name) {
+                    overwrite(&mut object.mesh.positions, first, &positions);
+                    object.vertex_version += 1;
+                }
+            }
+            Command::UpdateNormals { name, first, normals } => {
+                if let Some(object) = self.objects.get_mut(&name) {
+                    overwrite(&mut object.mesh.normals, first, &normals);
+                }
+            }
+            Command::DeleteObjects { first, count } => {
+                // The range is the caller's and may be huge; the table is not.
+                let end = u64::from(first) + u64::from(count);
+                self.objects.retain(|&name, _| name < first || u64::from(name) >= end);
+            }
+            Command::DefineClass { name, class } => {
+                self.classes.insert(name, class);
+            }
+            Command::DefineShader { name, class } => {
+                if let Some(class) = self.classes.get(&class) {
+                    self.shaders.insert(name, Shader::new(class.clone()));
+                }
+            }
+            Command::SetParameter { shader, param, value } => {
+                if let Some(slot) = self.shaders.get_mut(&shader).and_then(|s| s.values.get_mut(param as usize)) {
+                    *slot = value;
+                }
+            }
+            Command::DeleteShader { name } => {
+                self.shaders.remove(&name);
+            }
+            Command::DefineTexture { name, texture } => {
+                self.textures.insert(name, texture);
+            }
+            Command::DeleteTexture { name } => {
+                self.textures.remove(&name);
+            }
+        }
+    }
+}
+
+/// Copies `values` over `target[first..]`, as far as it reaches.
+fn overwrite<T: Copy>(target: &mut [T], first: u32, values: &[T]) {
+    if let Some(tail) = target.get_mut(first as usize..) {
+        let n = tail.len().min(values.len());
+        tail[..n].copy_from_slice(&values[..n]);
+    }
+}

@@ -1,0 +1,63 @@
+//! What one frame shows: the part of the scene that is cleared every frame.
+
+use super::Name;
+use glam::Affine3A;
+
+/// One placement of an object in one frame. Its number in [`FrameDesc::instances`] is its instance id.
+#[derive(Clone, Copy, Debug)]
+pub struct Instance {
+    pub object: Name,
+    pub world_from_object: Affine3A,
+}
+
+/// Pixel rectangle of the framebuffer that is rendered; origin at the lower left, as in OpenGL.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Viewport {
+    pub x: u32,
+    pub y: u32,
+    pub width: u32,
+    pub height: u32,
+}
+
+/// Everything that a frame needs besides the retained scene.
+#[derive(Clone, Debug)]
+pub struct FrameDesc {
+    pub instances: Vec<Instance>,
+    /// Light shaders in the order of use.
+    pub lights: Vec<Name>,
+    /// Camera shader; 0 is the default pinhole at the origin looking down −z, 60° vertical field of view.
+    pub camera: Name,
+    /// Environment shader; 0 shows `clear_color`.
+    pub environment: Name,
+    /// Rendering object; 0 is `whitted`.
+    pub renderer: Name,
+    /// Linear RGBA of rays that leave the scene when there is no environment shader.
+    pub clear_color: [f32; 4],
+    pub viewport: Viewport,
+    /// Samples per pixel, at least 1; 1 samples the pixel centre.
+    pub samples: u32,
+    /// Number of bounces after the primary ray.
+    pub max_depth: u32,
+    /// Encode 8-bit pixels with the sRGB curve instead of storing linear values.
+    pub srgb: bool,
+    /// Keep averaging into the frame before while neither scene nor camera changed (`path`, anti-aliasing).
+    pub accumulate: bool,
+}
+
+impl Default for FrameDesc {
+    fn default() -> Self {
+        Self {
+            instances: Vec::new(),
+            lights: Vec::new(),
+            camera: 0,
+            environment: 0,
+            renderer: 0,
+            clear_color: [0.0; 4],
+            viewport: Viewport::default(),
+            samples: 1,
+            max_depth: 3,
+            srgb: false,
+            accumulate: false,
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Retained definitions: what the application has told us, before any ray is traced.
+//!
+//! A [`Scene`] is plain data changed only by [`Command`]s. The engine looks at the version counters of an
+//! [`Object`] to learn what changed since the frame before; it never gets a callback. Everything here is
+//! free of `unsafe`, of threads and of rays, so that a command log can also be sent over a wire or replayed.
+#![forbid(unsafe_code)]
+
+mod command;
+mod frame_desc;
+mod mesh;
+mod object;
+mod program;
+mod shader;
+mod texture;
+
+pub use command::Command;
+pub use frame_desc::{FrameDesc, Instance, Viewport};
+pub use mesh::{Mesh, ParamStream};
+pub use object::{Motion, Object, Strategy};
+pub use program::{
+    CameraShader, EnvironmentShader, LightSample, LightShader, PrimaryRay, Program, ShadingContext,
+    SurfacePoint, SurfaceShader,
+};
+pub use shader::{ParamDef, ParamScope, ParamType, ParamValue, Shader, ShaderClass, ShaderKind};
+pub use texture::{Filter, Texture, TextureFormat, TextureLevel, Wrap};
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Integer names as in OpenGL; 0 is never an object.
+pub type Name = u32;
+
+/// Everything that persists between frames.
+#[derive(Default)]
+pub struct Scene {
+    pub objects: HashMap<Name, Object>,
+    pub classes: HashMap<Name, Arc<ShaderClass>>,
+    pub shaders: HashMap<Name, Shader>,
+    pub textures: HashMap<Name, Arc<Texture>>,
+    /// Counts every applied command except a frame; two equal values mean an unchanged scene.
+    pub epoch: u64,
+}

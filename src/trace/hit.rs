@@ -1,0 +1,27 @@
+//! What a ray found.
+
+/// The closest hit of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance in units of the ray's direction.
+    pub t: f32,
+    /// Barycentric weight of the triangle's second corner.
+    pub u: f32,
+    /// Barycentric weight of the triangle's third corner.
+    pub v: f32,
+    /// Triangle number within the object.
+    pub prim: u32,
+    /// Object name.
+    pub object: u32,
+    /// Number of the instance within the frame, in the order of `rtInstantiateObject`.
+    pub instance: u32,
+}
+
+impl Hit {
+    /// The rule that makes the closest hit unique: smaller `t`, then lower instance, then lower primitive.
+    /// (An instance has one object, so the object needs no comparison of its own.)
+    #[inline]
+    pub fn is_before(&self, other: &Hit) -> bool {
+        self.t < other.t || (self.t == other.t && (self.instance, self.prim) < (other.instance, other.prim))
+    }
+}

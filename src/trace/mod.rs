@@ -1,0 +1,15 @@
+//! Rays through structures: the kernels that decide what a ray hits.
+//!
+//! All kernels answer the same question with the same bits, on every instruction set and through every structure:
+//! the hit with the smallest `t`, and among equal `t` the one with the lowest (instance, object, primitive).
+//! How that is kept: [`ray`] (slab distances), [`triangle`] (edge functions, clamped `t`).
+
+pub mod ray;
+pub mod triangle;
+
+mod hit;
+mod tracer;
+
+pub use hit::Hit;
+pub use ray::{PreparedRay, Ray, SLAB_PAD};
+pub use tracer::Tracer;

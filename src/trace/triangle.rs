@@ -1,0 +1,93 @@
+//! The watertight triangle test, scalar: the reference that every SIMD kernel must equal bit for bit.
+//!
+//! After Woop, Benthin, Wald, *Watertight Ray/Triangle Intersection* (JCGT 2013): move the origin to 0, shear the ray
+//! onto the z axis, and ask on which side of the three edges 0 lies.
+//!
+//! * A shared vertex is sheared by the same operations for every triangle that uses it, so the sheared triangles tile the plane as
+//!   the mesh does. `fl(a*b) - fl(c*d)` never has the wrong sign (rounding is monotone); it can only be 0. Then, and on overflow,
+//!   the edge functions are evaluated again in f64, where products of two f32 are exact. So the side is always exact
+//!   and a ray cannot slip through an edge or a vertex. A fused multiply-add here would break it (one product
+//!   rounded, the other not): *never contract these*.
+//! * `t` is clamped to the interval in which the ray is inside the triangle's box. For triangles seen edge-on `t` is
+//!   ill-conditioned, and unclamped it could lie outside every box that holds the triangle, so that the winner would depend on the structure.
+
+use super::{PreparedRay, SLAB_PAD};
+use crate::accel::triangle_bounds;
+use glam::Vec3;
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleHit {
+    pub t: f32,
+    /// Weight of the second corner.
+    pub u: f32,
+    /// Weight of the third corner.
+    pub v: f32,
+}
+
+/// Tests one triangle against the ray's interval `[tmin, tmax]`.
+#[inline]
+pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
+    let [kx, ky, kz] = ray.axis;
+    let sheared = corners.map(|corner| {
+        let p = corner - ray.org;
+        [p[kx] - ray.shear.x * p[kz], p[ky] - ray.shear.y * p[kz], p[kz]]
+    });
+    let [a, b, c] = sheared;
+    let u = c[0] * b[1] - c[1] * b[0];
+    let v = a[0] * c[1] - a[1] * c[0];
+    let w = b[0] * a[1] - b[1] * a[0];
+    let inexact = |e: f32| !(e.abs() > 0.0 && e.abs() < f32::INFINITY);
+    let hit = if inexact(u) || inexact(v) || inexact(w) {
+        weigh_f64(ray, sheared)?
+    } else {
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return None;
+        }
+        let det = (u + v) + w;
+        let inv_det = 1.0 / det;
+        let [az, bz, cz] = sheared.map(|p| ray.shear.z * p[2]);
+        TriangleHit { t: ((u * az + v * bz) + w * cz) * inv_det, u: v * inv_det, v: w * inv_det }
+    };
+    accept(ray, corners, hit)
+}
+
+/// The edge functions in f64, for a ray through an edge or a vertex, or when f32 overflowed.
+#[cold]
+pub fn weigh_f64(ray: &PreparedRay, sheared: [[f32; 3]; 3]) -> Option<TriangleHit> {
+    let [a, b, c] = sheared.map(|p| p.map(f64::from));
+    let u = c[0] * b[1] - c[1] * b[0];
+    let v = a[0] * c[1] - a[1] * c[0];
+    let w = b[0] * a[1] - b[1] * a[0];
+    if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+        return None;
+    }
+    let det = u + v + w;
+    // Seen exactly edge-on the triangle covers nothing; its neighbours do. NaN ends here too.
+    if !(det.abs() > 0.0) {
+        return None;
+    }
+    let z = f64::from(ray.shear.z);
+    let t = (u * (z * a[2]) + v * (z * b[2]) + w * (z * c[2])) / det;
+    Some(TriangleHit { t: t as f32, u: (v / det) as f32, v: (w / det) as f32 })
+}
+
+/// Clamps `t` to the triangle's box and tests it against the ray's interval.
+/// Rare enough (a ray accepts a few triangles) to be scalar in every kernel.
+#[inline]
+pub fn accept(ray: &PreparedRay, corners: [Vec3; 3], hit: TriangleHit) -> Option<TriangleHit> {
+    let bounds = triangle_bounds(corners);
+    if bounds.is_empty() || hit.t.is_nan() {
+        return None;
+    }
+    let (enter, exit) = ray.slab(&bounds);
+    let exit = exit * SLAB_PAD;
+    let t = if hit.t < enter {
+        enter
+    } else if hit.t > exit && exit > enter {
+        exit
+    } else {
+        hit.t
+    };
+    (t >= ray.tmin && t <= ray.tmax).then_some(TriangleHit { t, ..hit })
+}
