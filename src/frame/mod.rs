@@ -4,5 +4,5 @@
 mod pixel_format;
 mod stats;
 
-pub use pixel_format::{PixelFormat, PixelSink, TargetLayout};
+pub use pixel_format::{PixelFormat, PixelSink, Target, TargetLayout};
 pub use stats::FrameStats;

@@ -1,5 +1,7 @@
 //! Where finished pixels go: the layout of the application's image, and the hole through which bytes reach it.
 
+use std::sync::Arc;
+
 /// How one pixel is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelFormat {
@@ -38,4 +40,11 @@ pub trait PixelSink: Send + Sync {
     /// Stores `bytes` at `offset` bytes from the start of the image. The renderer keeps within
     /// `height * stride` of the layout that came with the sink.
     fn write(&self, offset: usize, bytes: &[u8]);
+}
+
+/// An image of the application's that a frame is delivered to.
+#[derive(Clone)]
+pub struct Target {
+    pub layout: TargetLayout,
+    pub sink: Arc<dyn PixelSink>,
 }

@@ -10,6 +10,7 @@ use std::sync::Arc;
 pub enum Command {
     DefineObject { name: Name, mesh: Mesh, motion: Motion },
     SetStrategy { name: Name, strategy: Strategy },
+    SetMotion { name: Name, motion: Motion },
     /// New positions for vertices `first..first + positions.len()`; the topology stays.
     UpdatePositions { name: Name, first: u32, positions: Vec<Vec3> },
     UpdateNormals { name: Name, first: u32, normals: Vec<Vec3> },
@@ -35,6 +36,9 @@ impl Scene {
             }
             Command::SetStrategy { name, strategy } => {
                 self.objects.entry(name).or_default().strategy = strategy;
+            }
+            Command::SetMotion { name, motion } => {
+                self.objects.entry(name).or_default().motion = motion;
             }
             Command::UpdatePositions { name, first, positions } => {
                 if let Some(object) = self.objects.get_mut(&name) {

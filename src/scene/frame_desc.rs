@@ -33,6 +33,9 @@ pub struct FrameDesc {
     pub renderer: Name,
     /// Linear RGBA of rays that leave the scene when there is no environment shader.
     pub clear_color: [f32; 4],
+    /// Width and height of the framebuffer in pixels, at least 1; a target has the same size.
+    pub size: [u32; 2],
+    /// Lies within the framebuffer; pixels outside keep what they showed before.
     pub viewport: Viewport,
     /// Samples per pixel, at least 1; 1 samples the pixel centre.
     pub samples: u32,
@@ -53,7 +56,8 @@ impl Default for FrameDesc {
             environment: 0,
             renderer: 0,
             clear_color: [0.0; 4],
-            viewport: Viewport::default(),
+            size: [1, 1],
+            viewport: Viewport { x: 0, y: 0, width: 1, height: 1 },
             samples: 1,
             max_depth: 3,
             srgb: false,
