@@ -1,1 +1,287 @@
-//! threads
+//! The engine's own thread pool.
+//!
+//! A library must not take rayon's global pool: it belongs to the host program, it cannot be ended, and after `fork()` the child
+//! waits for ever for workers that exist only in the parent. So every parallel call of the engine goes through a [`Pool`]:
+//!
+//! * It is *keyed by process id*. In a forked child the first use starts fresh workers; the parent's bookkeeping is
+//!   leaked there, because ending it would wait for threads that do not exist. No lock is involved: a lock held by
+//!   another thread at the moment of `fork()` would stay held in the child.
+//! * Workers start with the *default floating-point environment*. Threads inherit MXCSR from their creator, so a host that runs with
+//!   flush-to-zero would otherwise get other pictures. The caller's own register is never written.
+//! * Dropping the pool ends and joins the workers, so that no thread of ours outlives the library.
+//!
+//! Never hold a lock across [`Pool::install`] or a rayon `join`: a waiting worker steals work that may want the same lock.
+
+use std::fmt;
+use std::io;
+use std::ptr;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicPtr, Ordering};
+use std::thread::JoinHandle;
+
+/// More workers than this are never started, whatever the environment says.
+pub const MAX_THREADS: usize = 1024;
+
+/// Same as the usual main thread's: shaders of plug-ins run on workers.
+const STACK_BYTES: usize = 8 << 20;
+
+/// Why no pool could be started.
+#[derive(Debug)]
+pub struct ThreadError {
+    threads: usize,
+    cause: String,
+}
+
+impl fmt::Display for ThreadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cannot start {} worker threads: {}", self.threads, self.cause)
+    }
+}
+
+impl std::error::Error for ThreadError {}
+
+/// A fixed number of worker threads; cheap to ask, safe to use after `fork()`.
+pub struct Pool {
+    threads: usize,
+    /// From `Box::into_raw`, never null; replaced only by a process that finds another process's id in it.
+    workers: AtomicPtr<Workers>,
+}
+
+/// The workers of one process.
+struct Workers {
+    pid: u32,
+    pool: rayon::ThreadPool,
+    handles: Mutex<Vec<JoinHandle<()>>>,
+}
+
+impl Pool {
+    /// Starts a pool. `None` takes the size from `OPENRT_NUM_THREADS`, else from the number of processors that this
+    /// process may use (affinity and cgroup limits included).
+    ///
+    /// # Errors
+    /// The system refuses a thread; those already started are ended again.
+    pub fn new(threads: Option<usize>) -> Result<Pool, ThreadError> {
+        let wanted = threads.or_else(threads_from_environment).unwrap_or_else(available_processors);
+        let threads = wanted.clamp(1, MAX_THREADS);
+        let workers = Workers::start(threads)?;
+        Ok(Pool { threads, workers: AtomicPtr::new(Box::into_raw(Box::new(workers))) })
+    }
+
+    /// Number of workers.
+    pub fn threads(&self) -> usize {
+        self.threads
+    }
+
+    /// Makes sure that this process has workers; only after a `fork()` is there anything to do.
+    ///
+    /// # Errors
+    /// As [`Pool::new`].
+    pub fn ensure(&self) -> Result<(), ThreadError> {
+        self.workers().map(|_| ())
+    }
+
+    /// Runs `f` on a worker and waits for it; rayon calls inside use this pool. Panics of `f` continue in the caller.
+    ///
+    /// # Panics
+    /// In a forked child that cannot start workers; call [`Pool::ensure`] first to get that as an error.
+    pub fn install<R: Send>(&self, f: impl FnOnce() -> R + Send) -> R {
+        self.workers().unwrap_or_else(|error| panic!("after fork: {error}")).pool.install(f)
+    }
+
+    /// Runs `f` on a worker some time soon. A panic of `f` ends there.
+    ///
+    /// # Panics
+    /// As [`Pool::install`].
+    pub fn spawn(&self, f: impl FnOnce() + Send + 'static) {
+        self.workers().unwrap_or_else(|error| panic!("after fork: {error}")).pool.spawn(f)
+    }
+
+    /// The workers of this process.
+    fn workers(&self) -> Result<&Workers, ThreadError> {
+        let found = self.workers.load(Ordering::Acquire);
+        // SAFETY: the pointer came from Box::into_raw, and is freed only in `drop`, which has `&mut self`, or below by a
+        // thread that never published it.
+        let current = unsafe { &*found };
+        if current.pid == std::process::id() {
+            return Ok(current);
+        }
+        let fresh = Box::into_raw(Box::new(Workers::start(self.threads)?));
+        match self.workers.compare_exchange(found, fresh, Ordering::AcqRel, Ordering::Acquire) {
+            // SAFETY: `fresh` is published now and lives until `drop`. The parent's workers stay leaked.
+            Ok(_) => Ok(unsafe { &*fresh }),
+            Err(winner) => {
+                // SAFETY: `fresh` was not published, so this thread owns it.
+                drop(unsafe { Box::from_raw(fresh) });
+                // SAFETY: as for `found`; another thread of this process published it.
+                Ok(unsafe { &*winner })
+            }
+        }
+    }
+}
+
+impl Drop for Pool {
+    fn drop(&mut self) {
+        let workers = *self.workers.get_mut();
+        // SAFETY: never null, and `&mut self` proves that nobody else uses it.
+        let same_process = unsafe { (*workers).pid } == std::process::id();
+        if same_process {
+            // SAFETY: it came from Box::into_raw, and this is the only place that frees a published one.
+            unsafe { Box::from_raw(workers) }.end();
+        }
+        self.workers = AtomicPtr::new(ptr::null_mut());
+    }
+}
+
+impl Workers {
+    fn start(threads: usize) -> Result<Workers, ThreadError> {
+        let mut handles = Vec::with_capacity(threads);
+        let built = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            // Without a handler, a panicking job would abort the host. The panic hook has already reported it.
+            .panic_handler(|_| {})
+            .spawn_handler(|worker| {
+                let name = format!("openrt-{}", worker.index());
+                let body = move || {
+                    set_default_float_environment();
+                    worker.run();
+                };
+                let handle = std::thread::Builder::new().name(name).stack_size(STACK_BYTES).spawn(body)?;
+                handles.push(handle);
+                io::Result::Ok(())
+            })
+            .build();
+        match built {
+            Ok(pool) => Ok(Workers { pid: std::process::id(), pool, handles: Mutex::new(handles) }),
+            Err(error) => {
+                // rayon has told those that run to stop.
+                for handle in handles {
+                    let _ = handle.join();
+                }
+                Err(ThreadError { threads, cause: error.to_string() })
+            }
+        }
+    }
+
+    /// Ends the workers after their jobs and waits for them; from a worker itself it cannot wait.
+    fn end(self) {
+        let Workers { pool, handles, .. } = self;
+        drop(pool);
+        let handles = handles.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let me = std::thread::current().id();
+        if handles.iter().any(|h| h.thread().id() == me) {
+            return;
+        }
+        for handle in handles {
+            let _ = handle.join();
+        }
+    }
+}
+
+fn threads_from_environment() -> Option<usize> {
+    std::env::var("OPENRT_NUM_THREADS").ok()?.trim().parse().ok().filter(|&n| n > 0)
+}
+
+fn available_processors() -> usize {
+    std::thread::available_parallelism().map_or(1, |n| n.get())
+}
+
+/// Round to nearest, denormals kept, exceptions masked: what Rust assumes. Only for threads that are ours.
+fn set_default_float_environment() {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let default: u32 = 0x1f80;
+        // SAFETY: loads MXCSR from a valid u32 with the value every thread of a Rust program starts with.
+        unsafe { std::arch::asm!("ldmxcsr [{0}]", in(reg) &raw const default, options(nostack, readonly)) };
+    }
+    #[cfg(target_arch = "aarch64")]
+    {
+        // SAFETY: FPCR 0 is the architectural default: round to nearest, no flushing, no traps.
+        unsafe { std::arch::asm!("msr fpcr, xzr", options(nomem, nostack)) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc;
+
+    #[test]
+    fn size_is_the_argument() {
+        for n in [1, 2, 3, 7] {
+            let pool = Pool::new(Some(n)).expect("threads");
+            assert_eq!(pool.threads(), n);
+            assert_eq!(pool.install(rayon::current_num_threads), n);
+        }
+        assert_eq!(Pool::new(Some(0)).expect("threads").threads(), 1);
+    }
+
+    #[test]
+    fn panics_of_install_reach_the_caller_and_leave_the_pool_alive() {
+        let pool = Pool::new(Some(2)).expect("threads");
+        let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| pool.install(|| panic!("on purpose"))));
+        assert!(caught.is_err());
+        pool.spawn(|| panic!("on purpose, in a spawned job"));
+        let (send, receive) = mpsc::channel();
+        pool.spawn(move || send.send(7).expect("receiver waits"));
+        assert_eq!(receive.recv(), Ok(7));
+    }
+
+    #[test]
+    fn drop_waits_for_spawned_jobs() {
+        let (send, receive) = mpsc::channel();
+        let pool = Pool::new(Some(1)).expect("threads");
+        pool.spawn(move || {
+            std::thread::sleep(std::time::Duration::from_millis(20));
+            send.send(()).expect("receiver waits");
+        });
+        drop(pool);
+        assert!(receive.try_recv().is_ok());
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    fn workers_do_not_inherit_flush_to_zero() {
+        fn mxcsr() -> u32 {
+            let mut value = 0u32;
+            // SAFETY: stores MXCSR to a valid u32.
+            unsafe { std::arch::asm!("stmxcsr [{0}]", in(reg) &raw mut value, options(nostack)) };
+            value
+        }
+        fn set_mxcsr(value: u32) {
+            // SAFETY: a valid control word; no float is computed before it is restored.
+            unsafe { std::arch::asm!("ldmxcsr [{0}]", in(reg) &raw const value, options(nostack, readonly)) };
+        }
+        // A thread of its own: the test harness must keep its register.
+        let (worker, caller) = std::thread::spawn(|| {
+            set_mxcsr(0xffc0);
+            let pool = Pool::new(Some(1)).expect("threads");
+            let worker = pool.install(mxcsr);
+            (worker, mxcsr())
+        })
+        .join()
+        .expect("no panic");
+        assert_eq!(worker & 0xffc0, 0x1f80, "worker: {worker:x}");
+        assert_eq!(caller & 0xffc0, 0xffc0, "the caller's register was written: {caller:x}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn forked_child_gets_its_own_workers() {
+        let pool = Pool::new(Some(2)).expect("threads");
+        assert_eq!(pool.install(|| 1 + 1), 2);
+        // SAFETY: the child calls only the pool and `_exit`; an alarm ends it if it hangs.
+        let child = unsafe { libc::fork() };
+        if child == 0 {
+            // SAFETY: no memory involved.
+            unsafe { libc::alarm(20) };
+            let (a, b) = pool.install(|| rayon::join(|| 20, || 22));
+            drop(pool);
+            // SAFETY: ends the child without running the test harness's exit handlers.
+            unsafe { libc::_exit(a + b) };
+        }
+        let mut status = 0;
+        // SAFETY: `child` is our child and `status` a valid int.
+        assert_eq!(unsafe { libc::waitpid(child, &raw mut status, 0) }, child);
+        assert!(libc::WIFEXITED(status) && libc::WEXITSTATUS(status) == 42, "child status {status:x}");
+    }
+}
