@@ -86,9 +86,15 @@ pub fn triangle_bounds(corners: [Vec3; 3]) -> Aabb {
         return Aabb::EMPTY;
     }
     let tight = Aabb { lo: a.min(b).min(c), hi: a.max(b).max(c) };
-    // 4 ulps of the largest side, and a few denormals for meshes of denormal size.
-    const RELATIVE: f32 = 1.0 / (1 << 22) as f32;
-    const ABSOLUTE: f32 = f32::MIN_POSITIVE / (1 << 16) as f32;
-    let pad = Vec3::splat(tight.extent().max_element() * RELATIVE + ABSOLUTE);
+    let largest = tight.lo.abs().max(tight.hi.abs());
+    let pad = (Vec3::splat(tight.extent().max_element() * PAD_EXTENT) + largest * PAD_ULP) + Vec3::splat(PAD_ABSOLUTE);
     Aabb { lo: tight.lo - pad, hi: tight.hi + pad }
 }
+
+/// A triangle's box is padded by 4 ulps of its largest side,
+pub(super) const PAD_EXTENT: f32 = 1.0 / (1 << 22) as f32;
+/// by at least one ulp of the coordinate, so that no corner lies on a side of the box (a ray in that side's plane has a
+/// reciprocal direction of `f32::MAX`, and 0 times that would end the slab at 0, before the hit),
+pub(super) const PAD_ULP: f32 = 1.0 / (1 << 23) as f32;
+/// and by a few denormals, for meshes of denormal size.
+pub(super) const PAD_ABSOLUTE: f32 = f32::MIN_POSITIVE / (1 << 16) as f32;

@@ -1,1 +1,22 @@
-//! simd
+//! Vectors and instruction sets: a shelf that knows nothing of rays.
+//!
+//! A kernel is written once, generic over [`Isa`], as an `#[inline(always)]` function. A shell per instruction set
+//! (`trace/kernels.rs`) carries the `#[target_feature]` and calls the kernel with that set's type; everything inlines
+//! into the shell, where the intrinsics become single instructions (the pattern of BurntSushi/memchr).
+//! Which shell runs is decided by [`Level`], once per context.
+//!
+//! [`Vector`] has only the operations that the kernels need, and none that would let the instruction sets
+//! differ by a bit: no fused multiply-add, no approximate reciprocal.
+
+mod level;
+mod scalar;
+mod vector;
+
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub use level::Level;
+pub use scalar::Scalar;
+pub use vector::{Isa, Vector};
+#[cfg(target_arch = "x86_64")]
+pub use x86::{Avx2, Avx512, Sse41};

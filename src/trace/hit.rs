@@ -18,6 +18,18 @@ pub struct Hit {
 }
 
 impl Hit {
+    /// No hit up to and including `tmax`: every hit with `t <= tmax` comes before it.
+    #[inline]
+    pub fn none(tmax: f32) -> Self {
+        Hit { t: tmax, u: 0.0, v: 0.0, prim: u32::MAX, object: 0, instance: u32::MAX }
+    }
+
+    /// Whether this is still what [`Hit::none`] gave.
+    #[inline]
+    pub fn is_none(&self) -> bool {
+        self.prim == u32::MAX
+    }
+
     /// The rule that makes the closest hit unique: smaller `t`, then lower instance, then lower primitive.
     /// (An instance has one object, so the object needs no comparison of its own.)
     #[inline]

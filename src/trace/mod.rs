@@ -8,8 +8,15 @@ pub mod ray;
 pub mod triangle;
 
 mod hit;
+mod kernels;
 mod tracer;
+mod traverse_bvh;
+mod triangle4;
 
 pub use hit::Hit;
+pub use kernels::Kernels;
 pub use ray::{PreparedRay, Ray, SLAB_PAD};
 pub use tracer::Tracer;
+
+#[cfg(test)]
+mod tests;

@@ -37,19 +37,30 @@ pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
     let u = c[0] * b[1] - c[1] * b[0];
     let v = a[0] * c[1] - a[1] * c[0];
     let w = b[0] * a[1] - b[1] * a[0];
-    let inexact = |e: f32| !(e.abs() > 0.0 && e.abs() < f32::INFINITY);
-    let hit = if inexact(u) || inexact(v) || inexact(w) {
-        weigh_f64(ray, sheared)?
-    } else {
+    let hit = if all_exact([u, v, w]) {
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
             return None;
         }
-        let det = (u + v) + w;
-        let inv_det = 1.0 / det;
-        let [az, bz, cz] = sheared.map(|p| ray.shear.z * p[2]);
-        TriangleHit { t: ((u * az + v * bz) + w * cz) * inv_det, u: v * inv_det, v: w * inv_det }
+        weigh(ray, [u, v, w], sheared.map(|p| p[2]))
+    } else {
+        weigh_f64(ray, sheared)?
     };
     accept(ray, corners, hit)
+}
+
+/// Whether the edge functions are finite and not 0: then their signs decide, and so do their values.
+#[inline(always)]
+pub(super) fn all_exact(edges: [f32; 3]) -> bool {
+    // Written so that NaN fails.
+    edges.iter().all(|e| e.abs() > 0.0 && e.abs() < f32::INFINITY)
+}
+
+/// Distance and weights from edge functions of one sign, and the corners' depths before the shear.
+#[inline(always)]
+pub(super) fn weigh(ray: &PreparedRay, [u, v, w]: [f32; 3], depth: [f32; 3]) -> TriangleHit {
+    let inv_det = 1.0 / ((u + v) + w);
+    let [az, bz, cz] = depth.map(|z| ray.shear.z * z);
+    TriangleHit { t: ((u * az + v * bz) + w * cz) * inv_det, u: v * inv_det, v: w * inv_det }
 }
 
 /// The edge functions in f64, for a ray through an edge or a vertex, or when f32 overflowed.
@@ -82,9 +93,13 @@ pub fn accept(ray: &PreparedRay, corners: [Vec3; 3], hit: TriangleHit) -> Option
     }
     let (enter, exit) = ray.slab(&bounds);
     let exit = exit * SLAB_PAD;
+    // No structure would visit a box that the ray misses; nor may brute force.
+    if enter > exit {
+        return None;
+    }
     let t = if hit.t < enter {
         enter
-    } else if hit.t > exit && exit > enter {
+    } else if hit.t > exit {
         exit
     } else {
         hit.t

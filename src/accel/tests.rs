@@ -1,0 +1,113 @@
+//! Builders and refit on every degenerate mesh, and on ordinary ones.
+
+use super::test_meshes::{Random, bumpy_sphere, degenerate, mesh, soup};
+use super::{Aabb, Bvh, OutOfMemory, Refit, build_fast, build_sah, triangle_bounds, validate};
+use crate::scene::Mesh;
+use glam::{Vec3, Vec3Swizzles};
+
+type Build = fn(&Mesh) -> Result<Bvh, OutOfMemory>;
+const BUILDERS: [(&str, Build); 2] = [("sah", build_sah), ("fast", build_fast)];
+
+fn threads(count: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("a pool can be made")
+}
+
+#[test]
+fn every_build_of_degenerate_meshes_is_valid() {
+    for (name, mesh) in degenerate() {
+        for (builder, build) in BUILDERS {
+            let bvh = build(&mesh).expect("memory");
+            validate(&bvh, &mesh).unwrap_or_else(|e| panic!("{builder} of {name}: {e}"));
+            let all = (0..mesh.triangles.len() as u32)
+                .fold(Aabb::EMPTY, |all, prim| all.union(triangle_bounds(mesh.corners(prim))));
+            assert_eq!(bvh.bounds(), all, "{builder} of {name}");
+        }
+    }
+}
+
+#[test]
+fn large_meshes_are_valid_and_equal_for_any_number_of_threads() {
+    for mesh in [bumpy_sphere(200, 300), soup(&mut Random::new(3), 50_000, 0.02)] {
+        for (builder, build) in BUILDERS {
+            let one = threads(1).install(|| build(&mesh)).expect("memory");
+            validate(&one, &mesh).unwrap_or_else(|e| panic!("{builder}: {e}"));
+            for count in [2, 3, 7] {
+                let other = threads(count).install(|| build(&mesh)).expect("memory");
+                assert_eq!(format!("{:?}", one.nodes()), format!("{:?}", other.nodes()), "{builder}, {count} threads");
+                let prims = |bvh: &Bvh| bvh.blocks().iter().map(|b| b.prims).collect::<Vec<_>>();
+                assert_eq!(prims(&one), prims(&other), "{builder}, {count} threads");
+            }
+        }
+    }
+}
+
+#[test]
+fn surface_area_heuristic_makes_the_cheaper_tree() {
+    let mesh = bumpy_sphere(100, 150);
+    let (sah, fast) = (build_sah(&mesh).expect("memory"), build_fast(&mesh).expect("memory"));
+    assert!(sah.sah_cost() < fast.sah_cost(), "{} {}", sah.sah_cost(), fast.sah_cost());
+    assert!(sah.depth() <= 12 && fast.depth() <= 16, "{} {}", sah.depth(), fast.depth());
+}
+
+#[test]
+fn refit_follows_moving_vertices() {
+    let mut mesh = bumpy_sphere(100, 150);
+    for (builder, build) in BUILDERS {
+        let mut bvh = build(&mesh).expect("memory");
+        for frame in 0..3 {
+            for p in &mut mesh.positions {
+                *p = p.yzx() * 1.1 + Vec3::X * (3.0 * p.y + frame as f32).sin();
+            }
+            assert_eq!(bvh.refit(&mesh), Refit::Done);
+            validate(&bvh, &mesh).unwrap_or_else(|e| panic!("{builder}, frame {frame}: {e}"));
+        }
+    }
+}
+
+#[test]
+fn refit_keeps_the_place_of_triangles_that_vanish_for_a_while() {
+    let mut random = Random::new(5);
+    let good = soup(&mut random, 100, 0.3);
+    let mut bvh = build_sah(&good).expect("memory");
+    let mut bad = good.clone();
+    for i in (0..300).step_by(7) {
+        bad.positions[i] = Vec3::NAN;
+    }
+    assert_eq!(bvh.refit(&bad), Refit::Done);
+    validate(&bvh, &bad).expect("valid with triangles missing");
+    let none = Mesh { positions: vec![Vec3::NAN; 300], ..good.clone() };
+    assert_eq!(bvh.refit(&none), Refit::Done);
+    assert!(bvh.bounds().is_empty());
+    assert_eq!(bvh.refit(&good), Refit::Done);
+    validate(&bvh, &good).expect("valid again");
+
+    // Built while some were unusable, they have no place.
+    let mut bvh = build_sah(&bad).expect("memory");
+    assert_eq!(bvh.refit(&bad), Refit::Done);
+    assert_eq!(bvh.refit(&good), Refit::NeedsRebuild);
+    validate(&bvh, &bad).expect("left alone");
+    assert_eq!(bvh.refit(&mesh([])), Refit::NeedsRebuild);
+}
+
+#[test]
+fn validate_sees_what_is_wrong() {
+    let mesh = bumpy_sphere(20, 30);
+    let good = build_sah(&mesh).expect("memory");
+    validate(&good, &mesh).expect("valid");
+
+    let mut bad = good.clone();
+    bad.nodes[1].bounds[1][0] *= 0.5;
+    validate(&bad, &mesh).expect_err("a box is too small");
+
+    let mut bad = good.clone();
+    bad.blocks[3].prims[0] = bad.blocks[4].prims[0];
+    validate(&bad, &mesh).expect_err("a triangle has two places");
+
+    let mut bad = good.clone();
+    bad.blocks[3].corners[1][1][0] += 1.0;
+    validate(&bad, &mesh).expect_err("a corner is another");
+
+    let mut moved = mesh.clone();
+    moved.positions[5].x += 0.5;
+    validate(&good, &moved).expect_err("the mesh moved");
+}

@@ -1,0 +1,38 @@
+//! What a kernel may ask of a vector.
+
+/// An instruction set: its 4-wide vector (triangle blocks) and its 8-wide one (nodes).
+pub trait Isa: Copy {
+    type F4: Vector<Array = [f32; 4]>;
+    type F8: Vector<Array = [f32; 8]>;
+}
+
+/// Lanes of `f32`. Every operation is the IEEE one in each lane, so all implementations agree bit for bit.
+///
+/// Implementations are `#[inline(always)]` and never carry `#[target_feature]`: they must inline into the caller's
+/// shell, which does.
+///
+/// # Safety of every method
+/// - The processor has the instruction set that the implementing type stands for.
+#[allow(clippy::missing_safety_doc)] // said once, above
+pub trait Vector: Copy {
+    /// The same lanes in memory.
+    type Array;
+
+    unsafe fn splat(value: f32) -> Self;
+    unsafe fn load(from: &Self::Array) -> Self;
+    unsafe fn store(self, to: &mut Self::Array);
+
+    unsafe fn add(self, other: Self) -> Self;
+    unsafe fn sub(self, other: Self) -> Self;
+    unsafe fn mul(self, other: Self) -> Self;
+
+    /// `if self < other { self } else { other }`: the second operand where either is NaN, as `minps` does.
+    unsafe fn min(self, other: Self) -> Self;
+    /// `if self > other { self } else { other }`: the second operand where either is NaN, as `maxps` does.
+    unsafe fn max(self, other: Self) -> Self;
+
+    /// Bit `i` is set where lane `i` of `self <= other`; false for NaN.
+    unsafe fn le(self, other: Self) -> u32;
+    /// Bit `i` is set where lane `i` of `self < other`; false for NaN.
+    unsafe fn lt(self, other: Self) -> u32;
+}

@@ -1,0 +1,116 @@
+//! The shells: kernels compiled once per instruction set, chosen once per context.
+//!
+//! A shell carries the `#[target_feature]`; the generic kernel inlines into it. Calls go through function pointers, per
+//! object and ray or per batch, never per node.
+
+use super::traverse_bvh::traverse;
+use super::{Hit, PreparedRay};
+use crate::accel::Bvh;
+use crate::simd::{Level, Scalar};
+
+type Intersect = unsafe fn(&Bvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
+type Occluded = unsafe fn(&Bvh, &PreparedRay) -> bool;
+
+/// The kernels of one level. Holding one proves that the processor can run them.
+#[derive(Clone, Copy, Debug)]
+pub struct Kernels {
+    level: Level,
+    intersect: Intersect,
+    occluded: Occluded,
+}
+
+/// Writes the shells of one instruction set as a module.
+macro_rules! shells {
+    ($name:ident, $isa:ty $(, $feature:literal)*) => {
+        mod $name {
+            use super::*;
+
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
+            pub(super) unsafe fn intersect(
+                bvh: &Bvh,
+                ray: &PreparedRay,
+                object: u32,
+                instance: u32,
+                best: &mut Hit,
+            ) -> bool {
+                // SAFETY: the caller's promise.
+                unsafe { traverse::<$isa, false>(bvh, ray, object, instance, best) }
+            }
+
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
+            pub(super) unsafe fn occluded(bvh: &Bvh, ray: &PreparedRay) -> bool {
+                // SAFETY: the caller's promise.
+                unsafe { traverse::<$isa, true>(bvh, ray, 0, 0, &mut Hit::none(ray.tmax)) }
+            }
+
+            pub(super) const KERNELS: Kernels =
+                Kernels { level: super::level_of!($name), intersect, occluded };
+        }
+    };
+}
+
+macro_rules! level_of {
+    (scalar) => {
+        Level::Scalar
+    };
+    (sse41) => {
+        Level::Sse41
+    };
+    (avx2) => {
+        Level::Avx2
+    };
+    (avx512) => {
+        Level::Avx512
+    };
+}
+use level_of;
+
+shells!(scalar, Scalar);
+#[cfg(target_arch = "x86_64")]
+shells!(sse41, crate::simd::Sse41, "sse4.1");
+#[cfg(target_arch = "x86_64")]
+shells!(avx2, crate::simd::Avx2, "avx2", "bmi1", "bmi2", "lzcnt", "popcnt");
+#[cfg(target_arch = "x86_64")]
+shells!(avx512, crate::simd::Avx512, "avx512f", "avx512vl", "avx2", "bmi1", "bmi2", "lzcnt", "popcnt");
+
+impl Kernels {
+    /// The kernels of `level`, or of the strongest level that the processor has if that is weaker.
+    pub fn new(level: Level) -> Kernels {
+        match level.min(Level::strongest()) {
+            Level::Scalar => scalar::KERNELS,
+            #[cfg(target_arch = "x86_64")]
+            Level::Sse41 => sse41::KERNELS,
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => avx2::KERNELS,
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => avx512::KERNELS,
+            #[cfg(not(target_arch = "x86_64"))]
+            _ => unreachable!("other processors have no level above Scalar"),
+        }
+    }
+
+    /// The level they were compiled for.
+    pub fn level(&self) -> Level {
+        self.level
+    }
+
+    /// The closest hit of `ray` in `bvh`, both in the same space. Replaces `best` if the hit comes before it, by distance and then
+    /// by numbers ([`Hit::is_before`]); begin with [`Hit::none`]. Hits are given the numbers `object` and `instance`.
+    /// Returns whether `best` was replaced.
+    #[inline]
+    pub fn intersect(&self, bvh: &Bvh, ray: &PreparedRay, object: u32, instance: u32, best: &mut Hit) -> bool {
+        // SAFETY: `new` picks only levels that the processor has.
+        unsafe { (self.intersect)(bvh, ray, object, instance, best) }
+    }
+
+    /// Whether `ray` hits anything in `bvh` within its interval.
+    #[inline]
+    pub fn occluded(&self, bvh: &Bvh, ray: &PreparedRay) -> bool {
+        // SAFETY: `new` picks only levels that the processor has.
+        unsafe { (self.occluded)(bvh, ray) }
+    }
+}

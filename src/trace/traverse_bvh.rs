@@ -1,0 +1,178 @@
+//! One ray through one 8-wide tree.
+//!
+//! ```text
+//! loop: node  → slab test of all children at once → go to the nearest hit one, the others to the stack, nearest on top
+//!       leaf  → triangle blocks
+//!       next  → pop; skip what begins beyond the best hit
+//! ```
+//!
+//! After Wald, Benthin, Boulos, *Getting Rid of Packets* (2008), and Embree's single-ray kernels. Near and far planes
+//! are chosen by the signs of the direction, once per ray, as rows of the node. A stack entry is one 64-bit
+//! word, distance above and child below: distances are not negative, so their bits sort like numbers and a pair is
+//! sorted by two conditional moves.
+//!
+//! A box is entered when `max(enter, tmin) <= min(exit * SLAB_PAD, best t)`; with `<=`, as a triangle at an equal distance may win
+//! by its number. The same operations as [`PreparedRay::slab`], so every instruction set visits the same nodes.
+
+use super::triangle4::{RayLanes, intersect4};
+use super::{Hit, PreparedRay, SLAB_PAD};
+use crate::accel::{Bvh, ChildRef, MAX_DEPTH, Node8, WIDTH};
+use crate::simd::{Isa, Vector};
+use std::mem::MaybeUninit;
+
+/// A node leaves at most all children but one on the stack, and they are of one path.
+const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
+
+/// What the slab tests derive from a ray, in registers.
+struct SlabLanes<I: Isa> {
+    org: [I::F8; 3],
+    inv_dir: [I::F8; 3],
+    tmin: I::F8,
+    /// Rows of [`Node8::bounds`] with the near planes; the far ones are the other of each pair.
+    near: [usize; 3],
+}
+
+impl<I: Isa> SlabLanes<I> {
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn new(ray: &PreparedRay) -> Self {
+        let near = [0, 1, 2].map(|k| 2 * k + usize::from(ray.inv_dir[k] < 0.0));
+        // SAFETY: the caller's promise.
+        unsafe {
+            Self {
+                org: [I::F8::splat(ray.org.x), I::F8::splat(ray.org.y), I::F8::splat(ray.org.z)],
+                inv_dir: [I::F8::splat(ray.inv_dir.x), I::F8::splat(ray.inv_dir.y), I::F8::splat(ray.inv_dir.z)],
+                tmin: I::F8::splat(ray.tmin),
+                near,
+            }
+        }
+    }
+
+    /// Which children are hit before `limit`, and where the ray enters them (not before `tmin`).
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn test(&self, node: &Node8, limit: I::F8) -> (u32, I::F8) {
+        // SAFETY: the caller's promise; rows are below 6 by construction, and `^ 1` stays inside their pairs.
+        unsafe {
+            let distance = |axis: usize, row: usize| {
+                I::F8::load(node.bounds.get_unchecked(row)).sub(self.org[axis]).mul(self.inv_dir[axis])
+            };
+            let [nx, ny, nz] = self.near;
+            let enter = distance(0, nx).max(distance(1, ny)).max(distance(2, nz)).max(self.tmin);
+            let exit = distance(0, nx ^ 1).min(distance(1, ny ^ 1)).min(distance(2, nz ^ 1));
+            (enter.le(exit.mul(I::F8::splat(SLAB_PAD)).min(limit)), enter)
+        }
+    }
+}
+
+/// Looks for hits of `ray` in `bvh`. With `ANY` the first one found ends the search; otherwise `best` is replaced by
+/// every hit that comes before it (see [`Hit::is_before`]), and nothing that cannot come before it is visited.
+/// Hits are given the numbers `object` and `instance`. Returns whether there was a hit that counts.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
+    bvh: &Bvh,
+    ray: &PreparedRay,
+    object: u32,
+    instance: u32,
+    best: &mut Hit,
+) -> bool {
+    if bvh.is_empty() {
+        return false;
+    }
+    let (nodes, blocks) = (bvh.nodes(), bvh.blocks());
+    let mut stack = [const { MaybeUninit::<u64>::uninit() }; STACK];
+    let mut depth = 0usize;
+    let mut found = false;
+    let mut current = ChildRef::node(0);
+    // SAFETY: the caller's promise, for all vector operations. The references in a `Bvh` are to its own nodes and blocks
+    // and paths have at most MAX_DEPTH nodes (its invariants, checked on construction); every visited node replaces
+    // one reference by at most WIDTH, so the stack holds at most STACK, and entries below `depth` have been written.
+    unsafe {
+        let slabs = SlabLanes::<I>::new(ray);
+        let lanes = RayLanes::<I>::new(ray);
+        let mut limit = I::F8::splat(best.t);
+        loop {
+            // Down to a leaf.
+            let reached = loop {
+                if current.is_leaf() {
+                    break true;
+                }
+                let node = nodes.get_unchecked(current.index());
+                let (mut mask, enter) = slabs.test(node, limit);
+                if mask == 0 {
+                    break false;
+                }
+                let child = |mask: u32| *node.children.get_unchecked(mask.trailing_zeros() as usize & (WIDTH - 1));
+                let nearest = mask & (mask - 1);
+                if nearest == 0 {
+                    current = child(mask);
+                    continue;
+                }
+                let mut distance = [0.0f32; WIDTH];
+                enter.store(&mut distance);
+                let entry = |mask: u32| {
+                    let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
+                    u64::from(distance.get_unchecked(lane).to_bits()) << 32
+                        | u64::from(node.children.get_unchecked(lane).to_bits())
+                };
+                // Insertion from the top of the stack: the nearest stays in `carried`.
+                let base = depth;
+                let mut carried = entry(mask);
+                mask = nearest;
+                while mask != 0 {
+                    let next = entry(mask);
+                    mask &= mask - 1;
+                    let (near, far) = if next < carried { (next, carried) } else { (carried, next) };
+                    carried = near;
+                    let mut at = depth;
+                    while at > base && stack.get_unchecked(at - 1).assume_init() < far {
+                        *stack.get_unchecked_mut(at) = *stack.get_unchecked(at - 1);
+                        at -= 1;
+                    }
+                    stack.get_unchecked_mut(at).write(far);
+                    depth += 1;
+                }
+                current = ChildRef::from_bits(carried as u32);
+            };
+            if reached {
+                for block in blocks.get_unchecked(current.blocks()) {
+                    let done = intersect4::<I>(ray, &lanes, block, |lane, h| {
+                        if ANY {
+                            return true;
+                        }
+                        let hit = Hit { t: h.t, u: h.u, v: h.v, prim: block.prims[lane], object, instance };
+                        if hit.is_before(best) {
+                            *best = hit;
+                            found = true;
+                        }
+                        false
+                    });
+                    if ANY && done {
+                        return true;
+                    }
+                }
+                if !ANY && found {
+                    limit = I::F8::splat(best.t);
+                }
+            }
+            // Back to what is left.
+            loop {
+                if depth == 0 {
+                    return found;
+                }
+                depth -= 1;
+                let entry = stack.get_unchecked(depth).assume_init();
+                if ANY || f32::from_bits((entry >> 32) as u32) <= best.t {
+                    current = ChildRef::from_bits(entry as u32);
+                    break;
+                }
+            }
+        }
+    }
+}
