@@ -1,0 +1,26 @@
+//! Readers of scene files. Each format has its own; all fill a [`SceneFile`].
+//!
+//! Files are untrusted: sizes are bounded, counts are believed only as far as the file reaches, and every fault is a
+//! [`LoadError`] with file and line.
+
+mod aff;
+mod aff_shapes;
+mod builder;
+mod error;
+mod files;
+mod lexer;
+mod shapes;
+
+pub use error::LoadError;
+
+use crate::scene::SceneFile;
+use std::path::Path;
+
+/// Loads a scene; the format is told by the file name's extension.
+pub fn load(path: &Path, detail: f64) -> Result<SceneFile, LoadError> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    match extension.as_str() {
+        "aff" | "nff" => aff::load(path, detail),
+        _ => Err(LoadError::new(path, None, "unknown kind of scene: expected .aff, .nff, .obj, .ply, .gltf or .glb")),
+    }
+}
