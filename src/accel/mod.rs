@@ -3,19 +3,30 @@
 
 mod aabb;
 mod assemble;
+mod bsp;
+mod bsp_build;
 mod build_fast;
 mod build_sah;
 mod bvh;
+mod instance;
+mod object_accel;
 mod refit;
+mod strategy;
+mod top_level_bsp;
 mod two_level;
 mod validate;
 
 pub use aabb::{Aabb, MAX_COORDINATE, triangle_bounds};
+pub use bsp::{BSP_MAX_DEPTH, Bsp, BspNode, BspTree};
+pub use bsp_build::Quality;
 pub use build_fast::build_fast;
 pub use build_sah::build_sah;
 pub use bvh::{BLOCK, Bvh, ChildRef, MAX_DEPTH, MAX_LEAF_BLOCKS, Node8, OutOfMemory, Subtree, Tri4, WIDTH};
+pub use instance::InstanceRecord;
+pub use object_accel::{ObjectAccel, Structure};
 pub use refit::Refit;
-pub use two_level::{InstanceRecord, ObjectAccel, TwoLevel, UpdateStats};
+pub use top_level_bsp::{TOP_MAX_DEPTH, TopLevelBsp, TopNode};
+pub use two_level::{TwoLevel, UpdateStats};
 pub use validate::validate;
 
 #[cfg(test)]

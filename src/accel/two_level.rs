@@ -1,54 +1,233 @@
-//! The two-level structure: instances over object structures (Wald03 §4.1).
+//! The two-level structure of one frame: a BSP over instances, instances over object structures (Wald03 §4.1, figure 3).
+//!
+//! An update brings the structures of the objects that are *instanced in this frame* in line with the scene, in parallel,
+//! drops those of deleted objects, and rebuilds everything that is per instance: inverse matrices, world boxes, top level. Objects that
+//! are not shown cost nothing; they catch up when they are shown again. All vectors are kept, so that a frame like the one
+//! before allocates nothing here.
 
-use super::{Aabb, triangle_bounds};
-use crate::scene::{Instance, Mesh, Name, Scene};
-use glam::{Affine3A, Vec3};
+use super::Aabb;
+use super::instance::{InstanceRecord, Reach, invert, reach};
+use super::object_accel::{ObjectAccel, Outcome};
+use super::strategy::forced_by_environment;
+use super::top_level_bsp::TopLevelBsp;
+use crate::scene::{Instance, Name, Scene, Strategy};
+use crate::simd::Level;
+use glam::{DMat3, Mat3, Vec3};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::time::Instant;
 
-pub struct ObjectAccel {
-    pub name: Name,
-    pub bounds: Aabb,
-    pub corners: Vec<[Vec3; 3]>,
-}
-
-pub struct InstanceRecord {
-    pub instance: u32,
-    pub slot: u32,
-    pub object: Name,
-    pub world_from_object: Affine3A,
-    pub object_from_world: Affine3A,
-}
-
+/// What an update did and what is held now.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct UpdateStats {
+    /// Structures built anew.
     pub objects_built: u32,
+    /// Structures brought up to date in place.
+    pub objects_refitted: u32,
+    /// Nodes of object structures written by this update. A BSP is built by the first ray, which is not counted.
     pub nodes_updated: u64,
+    /// Triangles after instancing.
+    pub triangles: u64,
+    /// Bytes held by all structures, those of objects not in this frame included.
     pub bytes: u64,
+    /// Instances, world boxes and the top-level BSP.
+    pub top_level_seconds: f64,
+    /// Bytes that could not be had for an object's structure; the object is invisible. 0 if all went well.
+    pub out_of_memory: u64,
 }
 
-#[derive(Default)]
+/// Everything that rays of one frame traverse.
 pub struct TwoLevel {
-    pub objects: Vec<ObjectAccel>,
-    pub instances: Vec<InstanceRecord>,
+    level: Level,
+    forced: Option<Strategy>,
+    /// Objects by slot; unused slots have name 0.
+    objects: Vec<ObjectAccel>,
+    slot_of: HashMap<Name, u32>,
+    free_slots: Vec<u32>,
+    /// Per slot: what this frame's update did, `None` if the object is not in it.
+    outcomes: Vec<Option<Outcome>>,
+    instances: Vec<InstanceRecord>,
+    /// Numbers of instances without a box.
+    outliers: Vec<u32>,
+    /// Instances with a box, as numbered in `top_level`.
+    boxed: Vec<u32>,
+    top_level: TopLevelBsp,
+    origin_error: Mat3,
 }
 
 impl TwoLevel {
-    pub fn update(&mut self, scene: &Scene, instances: &[Instance]) -> UpdateStats {
-        self.objects.clear();
-        self.instances.clear();
-        for (i, inst) in instances.iter().enumerate() {
-            let Some(object) = scene.objects.get(&inst.object) else { continue };
-            let m: &Mesh = &object.mesh;
-            let corners: Vec<_> = (0..m.triangles.len() as u32).map(|p| m.corners(p)).collect();
-            let bounds = corners.iter().fold(Aabb::EMPTY, |b, c| b.union(triangle_bounds(*c)));
-            self.instances.push(InstanceRecord {
-                instance: i as u32,
-                slot: self.objects.len() as u32,
-                object: inst.object,
-                world_from_object: inst.world_from_object,
-                object_from_world: inst.world_from_object.inverse(),
-            });
-            self.objects.push(ObjectAccel { name: inst.object, bounds, corners });
+    /// An empty world, whose kernels are those of `level`.
+    pub fn new(level: Level) -> Self {
+        Self {
+            level,
+            forced: forced_by_environment(),
+            objects: Vec::new(),
+            slot_of: HashMap::new(),
+            free_slots: Vec::new(),
+            outcomes: Vec::new(),
+            instances: Vec::new(),
+            outliers: Vec::new(),
+            boxed: Vec::new(),
+            top_level: TopLevelBsp::default(),
+            origin_error: Mat3::ZERO,
         }
-        UpdateStats::default()
     }
+
+    /// Builds every object by `strategy` whatever it asks for, as `OPENRT_ACCEL` does; `None` ends that.
+    pub fn force_strategy(&mut self, strategy: Option<Strategy>) {
+        self.forced = strategy.filter(|s| *s != Strategy::Auto);
+    }
+
+    /// The instruction set that was asked for.
+    #[inline(always)]
+    pub fn level(&self) -> Level {
+        self.level
+    }
+
+    /// Objects by slot ([`InstanceRecord::slot`]).
+    #[inline(always)]
+    pub fn objects(&self) -> &[ObjectAccel] {
+        &self.objects
+    }
+
+    /// The instances of the frame that can be hit, in ascending order of their number.
+    #[inline(always)]
+    pub fn instances(&self) -> &[InstanceRecord] {
+        &self.instances
+    }
+
+    /// Over the instances that have a box; its references are indices of [`TwoLevel::instances`].
+    #[inline(always)]
+    pub fn top_level(&self) -> &TopLevelBsp {
+        &self.top_level
+    }
+
+    /// Indices of instances that every ray has to be offered to.
+    #[inline(always)]
+    pub fn outliers(&self) -> &[u32] {
+        &self.outliers
+    }
+
+    /// World boxes hold for a ray whose planes are moved by this matrix times the magnitudes of its origin (see
+    /// `accel/instance`).
+    #[inline(always)]
+    pub fn origin_error(&self) -> &Mat3 {
+        &self.origin_error
+    }
+
+    /// Brings everything in line with the scene and the frame's instances. Instances of objects that do not exist or
+    /// have no triangles, and instances with a matrix that is not finite or not invertible, draw nothing.
+    /// To be called inside the pool.
+    pub fn update(&mut self, scene: &Scene, instances: &[Instance]) -> UpdateStats {
+        let mut stats = UpdateStats::default();
+        self.drop_deleted(scene);
+        self.update_objects(scene, instances, &mut stats);
+        let begin = Instant::now();
+        self.place(scene, instances, &mut stats);
+        let Self { top_level, instances, boxed, .. } = self;
+        top_level.build(boxed, |i| instances[i as usize].bounds);
+        stats.top_level_seconds = begin.elapsed().as_secs_f64();
+        stats.bytes = (self.objects.iter().map(ObjectAccel::memory_bytes).sum::<usize>()
+            + self.top_level.memory_bytes()
+            + self.instances.capacity() * size_of::<InstanceRecord>()) as u64;
+        stats
+    }
+
+    fn drop_deleted(&mut self, scene: &Scene) {
+        let Self { slot_of, objects, free_slots, .. } = self;
+        slot_of.retain(|name, slot| {
+            let exists = scene.objects.contains_key(name);
+            if !exists {
+                objects[*slot as usize] = ObjectAccel::default();
+                free_slots.push(*slot);
+            }
+            exists
+        });
+    }
+
+    fn update_objects(&mut self, scene: &Scene, instances: &[Instance], stats: &mut UpdateStats) {
+        self.outcomes.clear();
+        self.outcomes.resize(self.objects.len(), None);
+        for instance in instances {
+            if !scene.objects.contains_key(&instance.object) {
+                continue;
+            }
+            let slot = *self.slot_of.entry(instance.object).or_insert_with(|| {
+                let fresh = ObjectAccel::new(instance.object);
+                if let Some(slot) = self.free_slots.pop() {
+                    self.objects[slot as usize] = fresh;
+                    slot
+                } else {
+                    self.objects.push(fresh);
+                    self.outcomes.push(None);
+                    self.objects.len() as u32 - 1
+                }
+            });
+            self.outcomes[slot as usize] = Some(Outcome::Unchanged);
+        }
+        let forced = self.forced;
+        self.objects.par_iter_mut().zip(&mut self.outcomes).for_each(|(accel, outcome)| {
+            if let (Some(outcome), Some(object)) = (outcome, scene.objects.get(&accel.name())) {
+                *outcome = accel.update(object, forced);
+            }
+        });
+        for outcome in self.outcomes.iter().flatten() {
+            match *outcome {
+                Outcome::Unchanged => {}
+                Outcome::Built(nodes) => {
+                    stats.objects_built += 1;
+                    stats.nodes_updated += nodes as u64;
+                }
+                Outcome::Refitted(nodes) => {
+                    stats.objects_refitted += 1;
+                    stats.nodes_updated += nodes as u64;
+                }
+                Outcome::Failed(error) => stats.out_of_memory += error.bytes as u64,
+            }
+        }
+    }
+
+    fn place(&mut self, scene: &Scene, instances: &[Instance], stats: &mut UpdateStats) {
+        self.instances.clear();
+        self.outliers.clear();
+        self.boxed.clear();
+        let mut origin_error = DMat3::ZERO;
+        for (number, instance) in instances.iter().enumerate() {
+            let Some(&slot) = self.slot_of.get(&instance.object) else { continue };
+            let object_bounds = self.objects[slot as usize].bounds();
+            if object_bounds.is_empty() {
+                continue;
+            }
+            let Some(object_from_world) = invert(&instance.world_from_object) else { continue };
+            let Some(reach) = reach(&object_bounds, &object_from_world) else { continue };
+            let index = self.instances.len() as u32;
+            let bounds = match reach {
+                Reach::Box { bounds, error } => {
+                    origin_error = larger(origin_error, error);
+                    self.boxed.push(index);
+                    bounds
+                }
+                Reach::Outlier => {
+                    self.outliers.push(index);
+                    Aabb { lo: Vec3::NEG_INFINITY, hi: Vec3::INFINITY }
+                }
+            };
+            self.instances.push(InstanceRecord {
+                instance: number as u32,
+                slot,
+                object: instance.object,
+                world_from_object: instance.world_from_object,
+                object_from_world,
+                bounds,
+            });
+            stats.triangles += scene.objects.get(&instance.object).map_or(0, |o| o.mesh.triangles.len() as u64);
+        }
+        // Rounding to f32 is covered by the slack in the error's constant.
+        self.origin_error = origin_error.as_mat3();
+    }
+}
+
+/// Component by component.
+fn larger(a: DMat3, b: DMat3) -> DMat3 {
+    DMat3::from_cols(a.x_axis.max(b.x_axis), a.y_axis.max(b.y_axis), a.z_axis.max(b.z_axis))
 }

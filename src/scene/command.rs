@@ -31,7 +31,8 @@ impl Scene {
         match command {
             Command::DefineObject { name, mesh, motion } => {
                 let object = self.objects.entry(name).or_default();
-                let topology_version = object.topology_version + 1;
+                // Not a count of its own: an object deleted and defined again must not look like the one before.
+                let topology_version = self.epoch;
                 *object = Object { mesh, motion, topology_version, ..*object };
             }
             Command::SetStrategy { name, strategy } => {

@@ -10,7 +10,9 @@ pub mod triangle;
 mod hit;
 mod kernels;
 mod tracer;
+mod traverse_bsp;
 mod traverse_bvh;
+mod traverse_scene;
 mod triangle4;
 
 pub use hit::Hit;

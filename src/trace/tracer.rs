@@ -1,17 +1,22 @@
 //! The face of the kernels: queries against the two-level structure of one frame.
 
-use super::{Hit, PreparedRay, Ray, triangle};
+use super::{Hit, Kernels, PreparedRay, Ray, traverse_scene};
 use crate::accel::TwoLevel;
+
+/// Directions whose largest component is outside of this range are scaled by a power of two first, so that their
+/// transforms, reciprocals and products stay clear of overflow and denormals.
+const USUAL_LENGTH: std::ops::RangeInclusive<f32> = 1.0 / (1 << 20) as f32..=(1 << 20) as f32;
 
 /// Answers ray queries against one frame's structures. Cheap to copy; shared by all threads.
 #[derive(Clone, Copy)]
 pub struct Tracer<'a> {
     world: &'a TwoLevel,
+    kernels: Kernels,
 }
 
 impl<'a> Tracer<'a> {
     pub fn new(world: &'a TwoLevel) -> Self {
-        Self { world }
+        Self { world, kernels: Kernels::new(world.level()) }
     }
 
     /// The structures that are traced.
@@ -19,32 +24,80 @@ impl<'a> Tracer<'a> {
         self.world
     }
 
-    /// The closest hit of `ray` (world space).
+    /// The closest hit of `ray` (world space). A ray with a component that is not finite, a direction of 0 or an empty
+    /// interval hits nothing.
+    #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        let mut best: Option<Hit> = None;
-        for inst in &self.world.instances {
-            let local = Ray {
-                org: inst.object_from_world.transform_point3(ray.org),
-                dir: inst.object_from_world.transform_vector3(ray.dir),
-                ..*ray
-            };
-            let Some(prepared) = PreparedRay::new(&local) else { continue };
-            let object = &self.world.objects[inst.slot as usize];
-            for (prim, corners) in object.corners.iter().enumerate() {
-                if let Some(h) = triangle::intersect(&prepared, *corners) {
-                    let hit =
-                        Hit { t: h.t, u: h.u, v: h.v, prim: prim as u32, object: inst.object, instance: inst.instance };
-                    if best.is_none_or(|b| hit.is_before(&b)) {
-                        best = Some(hit);
-                    }
-                }
-            }
-        }
-        best
+        if USUAL_LENGTH.contains(&ray.dir.abs().max_element()) { self.closest(ray) } else { self.closest_rescaled(ray) }
     }
 
-    /// Whether anything lies on `ray` within its interval.
+    /// Whether anything lies on `ray` within its interval: the same as [`Tracer::intersect`] finding something, but faster.
+    #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.intersect(ray).is_some()
+        if USUAL_LENGTH.contains(&ray.dir.abs().max_element()) {
+            self.any(ray)
+        } else {
+            rescale(ray).is_some_and(|(scaled, _)| self.any(&scaled))
+        }
     }
+
+    /// [`Tracer::intersect`] for many rays. Callers cut large batches into pieces and trace these in parallel.
+    ///
+    /// # Panics
+    /// When the slices differ in length.
+    pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        assert_eq!(rays.len(), hits.len(), "one answer per ray");
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = self.intersect(ray);
+        }
+    }
+
+    /// [`Tracer::occluded`] for many rays.
+    ///
+    /// # Panics
+    /// When the slices differ in length.
+    pub fn occluded_many(&self, rays: &[Ray], answers: &mut [bool]) {
+        assert_eq!(rays.len(), answers.len(), "one answer per ray");
+        for (ray, answer) in rays.iter().zip(answers) {
+            *answer = self.occluded(ray);
+        }
+    }
+
+    #[inline]
+    fn closest(&self, ray: &Ray) -> Option<Hit> {
+        let prepared = PreparedRay::new(ray)?;
+        let mut best = Hit::none(ray.tmax);
+        traverse_scene::traverse::<false>(self.world, &self.kernels, &prepared, &mut best).then_some(best)
+    }
+
+    #[inline]
+    fn any(&self, ray: &Ray) -> bool {
+        PreparedRay::new(ray).is_some_and(|prepared| {
+            traverse_scene::traverse::<true>(self.world, &self.kernels, &prepared, &mut Hit::none(ray.tmax))
+        })
+    }
+
+    #[cold]
+    fn closest_rescaled(&self, ray: &Ray) -> Option<Hit> {
+        let (scaled, length) = rescale(ray)?;
+        let hit = self.closest(&scaled)?;
+        // For a denormal direction the distance itself may be beyond f32; a hit's distance is finite.
+        let t = ((f64::from(hit.t) / length) as f32).min(f32::MAX);
+        Some(Hit { t: t.clamp(ray.tmin.max(0.0), ray.tmax), ..hit })
+    }
+}
+
+/// The same ray with a direction whose largest component is in 1..2, and by what its distances were multiplied (a power of two).
+/// `None` for a ray that hits nothing.
+#[cold]
+fn rescale(ray: &Ray) -> Option<(Ray, f64)> {
+    let largest = f64::from(ray.dir.abs().max_element());
+    if !(largest > 0.0 && ray.dir.is_finite() && ray.tmin.max(0.0) <= ray.tmax) {
+        return None;
+    }
+    // Every f32 above 0 is a normal f64: its exponent bits alone are the power of two below it.
+    let length = f64::from_bits(largest.to_bits() & 0x7ff0_0000_0000_0000);
+    let scaled = |t: f32| (f64::from(t) * length) as f32;
+    let dir = (ray.dir.as_dvec3() / length).as_vec3();
+    Some((Ray { org: ray.org, dir, tmin: scaled(ray.tmin), tmax: scaled(ray.tmax) }, length))
 }

@@ -1,0 +1,374 @@
+//! Every strategy on every instruction set answers every ray alike, and rightly.
+//!
+//! Two references: an oracle in f64 that knows nothing of the engine ([`world::oracle`]) for what is right, and brute
+//! force with the engine's own triangle test for the bits.
+
+#[path = "common/meshes.rs"]
+mod meshes;
+#[path = "common/random.rs"]
+mod random;
+#[path = "common/world.rs"]
+mod world;
+
+use glam::{Affine3A, Vec3};
+use openrt::scene::{Command, Instance, Mesh, Motion, Strategy};
+use openrt::simd::Level;
+use openrt::threads::Pool;
+use openrt::trace::{Hit, Ray, Tracer};
+use random::Random;
+use world::{Verdict, World, combinations, oracle};
+
+fn pool() -> Pool {
+    Pool::new(Some(2)).expect("two threads")
+}
+
+/// Rays at a set of points: towards corners, edges and inner points, along axes, starting on surfaces, short, long, scaled.
+fn rays(random: &mut Random, triangles: &[[Vec3; 3]], count: usize) -> Vec<Ray> {
+    let usable: Vec<[Vec3; 3]> =
+        triangles.iter().copied().filter(|t| t.iter().all(|c| c.abs().max_element() <= 1.8e18)).collect();
+    let scale = usable.iter().flatten().fold(0.0f32, |m, p| m.max(p.abs().max_element()));
+    let scale = if scale > 0.0 { scale } else { 1.0 };
+    (0..count)
+        .map(|i| {
+            let target = if usable.is_empty() {
+                random.vec() * scale
+            } else {
+                let [a, b, c] = usable[random.below(usable.len())];
+                let (u, v) = (random.unit() * 0.5, random.unit() * 0.5);
+                match random.below(5) {
+                    0 => a,
+                    1 => b + (c - b) * u,
+                    2 => (a + c) * 0.5,
+                    3 => a + (b - a) * u + (c - a) * v,
+                    _ => random.vec() * scale,
+                }
+            };
+            let org = random.vec() * (2.0 * scale);
+            let mut ray = Ray::new(org, target - org);
+            let axis = random.below(3);
+            match i % 10 {
+                0 => {
+                    ray.dir = Vec3::ZERO;
+                    ray.dir[axis] = if random.below(2) == 0 { 1.0 } else { -1.0 };
+                    ray.org = target;
+                    ray.org[axis] = org[axis];
+                }
+                1 => ray.dir[axis] = -0.0,
+                2 => ray.org = target,
+                3 => ray.tmax = random.unit() * 2.0,
+                4 => ray.tmin = random.unit(),
+                5 => ray.dir *= 1e25 / scale.max(1e-10),
+                6 => ray.dir *= 1e-25,
+                7 => ray.org = target - (target - org) * 50.0,
+                _ => {}
+            }
+            ray
+        })
+        .collect()
+}
+
+fn world_triangles(world: &World) -> Vec<[Vec3; 3]> {
+    let mut all = Vec::new();
+    for Instance { object, world_from_object } in &world.instances {
+        if let Some(object) = world.scene.objects.get(object) {
+            let m = &object.mesh;
+            all.extend(
+                (0..m.triangles.len() as u32).map(|p| m.corners(p).map(|c| world_from_object.transform_point3(c))),
+            );
+        }
+    }
+    all
+}
+
+/// Whether the engine would scale this ray before tracing it; brute force cannot say its bits then.
+fn is_rescaled(ray: &Ray) -> bool {
+    let largest = ray.dir.abs().max_element();
+    !(1e-6..=1e6).contains(&largest)
+}
+
+/// All structures and levels: bit-equal to each other, to brute force, and occluded where there is a hit.
+fn check_bits(name: &str, world: &World, rays: &[Ray]) -> usize {
+    let pool = pool();
+    let mut expected: Option<Vec<Option<Hit>>> = None;
+    for (strategy, level) in combinations() {
+        let built = world.build(&pool, strategy, level);
+        let tracer = Tracer::new(&built);
+        let mut hits = vec![None; rays.len()];
+        tracer.intersect_many(rays, &mut hits);
+        let mut occluded = vec![false; rays.len()];
+        tracer.occluded_many(rays, &mut occluded);
+        let what = |i: usize| format!("{name}, {} at level {}, ray {i}: {:?}", strategy.name(), level.name(), rays[i]);
+        for (i, (hit, occluded)) in hits.iter().zip(&occluded).enumerate() {
+            assert_eq!(hit.is_some(), *occluded, "occluded differs: {}", what(i));
+        }
+        let expected = expected.get_or_insert_with(|| {
+            let brute =
+                |(ray, hit): (&Ray, &Option<Hit>)| if is_rescaled(ray) { *hit } else { world.brute_force(&built, ray) };
+            rays.iter().zip(&hits).map(brute).collect()
+        });
+        for (i, (hit, expected)) in hits.iter().zip(expected.iter()).enumerate() {
+            assert_eq!(bits(hit), bits(expected), "{hit:?} is not {expected:?}: {}", what(i));
+        }
+    }
+    expected.map_or(0, |e| e.iter().flatten().count())
+}
+
+fn bits(hit: &Option<Hit>) -> Option<(u32, u32, u32, u32, u32, u32)> {
+    hit.map(|h| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim, h.object, h.instance))
+}
+
+#[test]
+fn closest_hits_agree_with_exact_geometry() {
+    let seed = Random::seed(1);
+    let mut random = Random::new(seed);
+    let (mut sure, mut unsure, mut hit_count) = (0, 0, 0);
+    for (round, size) in [0.05, 0.2, 0.8, 0.02].into_iter().enumerate() {
+        let mesh = meshes::soup(&mut random, 600, size);
+        let triangles: Vec<_> = (0..600).map(|p| mesh.corners(p)).collect();
+        let rays = rays(&mut random, &triangles, 1500);
+        let world = World::plain(mesh);
+        let built = world.build(&pool(), Strategy::ALL[round % Strategy::ALL.len()], Level::detect());
+        let tracer = Tracer::new(&built);
+        for (i, ray) in rays.iter().enumerate() {
+            let verdicts: Vec<Verdict> = triangles.iter().map(|t| oracle(ray, *t)).collect();
+            let latest = verdicts.iter().fold(f64::INFINITY, |best, v| match v {
+                Verdict::Hit { t, tolerance } => best.min(t + tolerance),
+                _ => best,
+            });
+            let hit = tracer.intersect(ray);
+            let what = || format!("seed {seed}, scene {round}, ray {i}: {ray:?} gives {hit:?}");
+            assert_eq!(tracer.occluded(ray), hit.is_some(), "{}", what());
+            let Some(hit) = hit else {
+                assert!(latest == f64::INFINITY, "a triangle is surely hit before {latest}: {}", what());
+                continue;
+            };
+            hit_count += 1;
+            let t_hit = f64::from(hit.t);
+            match verdicts[hit.prim as usize] {
+                Verdict::Miss => panic!("the triangle is surely missed: {}", what()),
+                Verdict::Hit { t, tolerance } => {
+                    sure += 1;
+                    assert!((t_hit - t).abs() <= tolerance, "t should be {t} ± {tolerance}: {}", what());
+                }
+                Verdict::Unsure { t, tolerance } => {
+                    unsure += 1;
+                    assert!((t_hit - t).abs() <= tolerance, "t should be {t} ± {tolerance}: {}", what());
+                }
+            }
+            assert!(t_hit <= latest, "another triangle is surely hit before {latest}: {}", what());
+        }
+    }
+    println!("{hit_count} hits: {sure} sure, {unsure} within rounding of an edge or edge-on");
+    assert!(sure > 1000 && hit_count > 2500, "{hit_count} hits, {sure} sure: the test has lost its teeth");
+}
+
+#[test]
+fn all_structures_and_levels_agree_on_random_scenes() {
+    let seed = Random::seed(2);
+    let mut random = Random::new(seed);
+    for (count, size) in [(300, 0.3), (3000, 0.05), (1000, 1.0)] {
+        let world = World::plain(meshes::soup(&mut random, count, size));
+        let rays = rays(&mut random, &world_triangles(&world), 1500);
+        let hits = check_bits(&format!("seed {seed}, soup of {count}"), &world, &rays);
+        assert!(hits > rays.len() / 3, "{hits} hits of {}", rays.len());
+    }
+    for (name, mesh) in [("icosphere", meshes::icosphere(3)), ("sphere with poles", meshes::uv_sphere(16, 40))] {
+        let world = World::plain(mesh);
+        let rays = rays(&mut random, &world_triangles(&world), 1500);
+        check_bits(&format!("seed {seed}, {name}"), &world, &rays);
+    }
+}
+
+#[test]
+fn all_structures_and_levels_agree_on_degenerate_meshes() {
+    let seed = Random::seed(3);
+    let mut random = Random::new(seed);
+    for (name, mesh) in meshes::degenerate(&mut random) {
+        let count = if mesh.triangles.len() > 5000 { 40 } else { 200 };
+        let world = World::plain(mesh);
+        let rays = rays(&mut random, &world_triangles(&world), count);
+        check_bits(&format!("seed {seed}, {name}"), &world, &rays);
+    }
+}
+
+#[test]
+fn instances_agree_with_testing_every_instance() {
+    let seed = Random::seed(4);
+    let mut random = Random::new(seed);
+    for count in [1, 2, 3, 10, 60, 400] {
+        let shapes = vec![meshes::soup(&mut random, 40, 0.5), meshes::icosphere(1), meshes::soup(&mut random, 1, 1.0)];
+        let placed = world::placements(&mut random, count);
+        let instances = placed.into_iter().enumerate().map(|(i, m)| (i as u32 % 3 + 1, m)).collect();
+        let world = World::new(shapes, instances);
+        let rays = rays(&mut random, &world_triangles(&world), 600);
+        let hits = check_bits(&format!("seed {seed}, {count} instances"), &world, &rays);
+        assert!(hits > 100, "{hits} hits");
+    }
+}
+
+#[test]
+fn equal_instances_and_equal_triangles_give_the_lowest_numbers() {
+    let tri = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.0), Vec3::new(0.0, 1.0, 0.0)];
+    let twice = meshes::mesh([tri.map(|c| c + Vec3::Z), tri, tri]);
+    let turn = Affine3A::from_rotation_z(0.5);
+    let instances = [Affine3A::from_translation(Vec3::Z * 5.0), turn, turn, turn].map(|m| (1, m)).to_vec();
+    let world = World::new(vec![twice], instances);
+    let pool = pool();
+    for (strategy, level) in combinations() {
+        let built = world.build(&pool, strategy, level);
+        let hit = Tracer::new(&built).intersect(&Ray::new(Vec3::new(0.1, 0.0, -3.0), Vec3::Z)).expect("in the way");
+        assert_eq!((hit.instance, hit.prim), (1, 1), "{} at {}", strategy.name(), level.name());
+    }
+}
+
+#[test]
+fn broken_instances_draw_nothing_and_leave_the_others_alone() {
+    let seed = Random::seed(5);
+    let mut random = Random::new(seed);
+    let pool = pool();
+    let good = || vec![(1, Affine3A::IDENTITY), (2, Affine3A::from_translation(Vec3::splat(1.5)))];
+    let shapes = || vec![meshes::icosphere(2), meshes::uv_sphere(6, 9), Mesh::default()];
+    let scale = |x, y, z| Affine3A::from_scale(Vec3::new(x, y, z));
+    let broken = vec![
+        (1, scale(0.0, 1.0, 1.0)),
+        (1, scale(f32::NAN, 1.0, 1.0)),
+        (2, scale(1.0, f32::INFINITY, 1.0)),
+        (1, Affine3A::from_translation(Vec3::new(f32::NAN, 0.0, 0.0))),
+        (1, scale(1e-42, 1e-42, 1e-42)),
+        (3, Affine3A::IDENTITY),
+        (77, Affine3A::IDENTITY),
+        (0, Affine3A::IDENTITY),
+    ];
+    let plain = World::new(shapes(), good());
+    let mixed = World::new(shapes(), [good(), broken].concat());
+    let rays = rays(&mut random, &world_triangles(&plain), 500);
+    for (strategy, level) in combinations() {
+        let (a, b) = (plain.build(&pool, strategy, level), mixed.build(&pool, strategy, level));
+        for ray in &rays {
+            assert_eq!(
+                bits(&Tracer::new(&a).intersect(ray)),
+                bits(&Tracer::new(&b).intersect(ray)),
+                "seed {seed}, {ray:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn extreme_scales_are_hit_where_they_are() {
+    // A sphere of radius 1 in the world, whatever the units of its object.
+    let pool = pool();
+    for scale in [1e-15f32, 1e-10, 1.0, 1e10, 1e15] {
+        let mesh = meshes::moved(meshes::icosphere(2), |p| p / scale);
+        let world = World::new(vec![mesh], vec![(1, Affine3A::from_scale(Vec3::splat(scale)))]);
+        for (strategy, level) in combinations() {
+            let built = world.build(&pool, strategy, level);
+            let tracer = Tracer::new(&built);
+            for length in [1e-37f32, 1e-30, 1e-10, 1.0, 1e10, 1e30] {
+                let dir = Vec3::new(0.1, 0.2, -1.0) * length;
+                let ray = Ray::new(Vec3::new(0.2, 0.1, 0.05), dir);
+                let hit =
+                    tracer.intersect(&ray).unwrap_or_else(|| panic!("scale {scale:e}, length {length:e}: no hit"));
+                let distance = f64::from(hit.t) * dir.as_dvec3().length();
+                assert!((0.85..1.15).contains(&distance), "scale {scale:e}, length {length:e}: {hit:?}");
+                // Its distance is beyond f32.
+                let denormal = tracer.intersect(&Ray { dir: dir / length * 1e-42, ..ray });
+                assert_eq!(denormal.map(|h| h.t), Some(f32::MAX));
+                assert!((-1e-3..=1.001).contains(&hit.u) && (-1e-3..=1.001).contains(&hit.v), "{hit:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn broken_rays_hit_nothing() {
+    let world = World::plain(meshes::icosphere(1));
+    let pool = pool();
+    let (nan, inf) = (f32::NAN, f32::INFINITY);
+    let plain = Ray::new(Vec3::ZERO, Vec3::X);
+    let broken = [
+        Ray { org: Vec3::new(nan, 0.0, 0.0), ..plain },
+        Ray { org: Vec3::new(0.0, inf, 0.0), ..plain },
+        Ray { org: Vec3::splat(1e30), ..plain },
+        Ray { dir: Vec3::ZERO, ..plain },
+        Ray { dir: Vec3::new(nan, 1.0, 0.0), ..plain },
+        Ray { dir: Vec3::new(1.0, nan, 0.0), ..plain },
+        Ray { dir: Vec3::new(1.0, -inf, 0.0), ..plain },
+        Ray { dir: Vec3::NAN, ..plain },
+        Ray { tmax: nan, ..plain },
+        Ray { tmax: -1.0, ..plain },
+        Ray { tmin: 2.0, tmax: 1.0, ..plain },
+        Ray { tmin: inf, ..plain },
+    ];
+    for (strategy, level) in combinations() {
+        let built = world.build(&pool, strategy, level);
+        let tracer = Tracer::new(&built);
+        for ray in &broken {
+            assert_eq!((tracer.intersect(ray), tracer.occluded(ray)), (None, false), "{ray:?}");
+        }
+        assert!(tracer.intersect(&Ray { tmin: nan, ..plain }).is_some());
+        assert!(tracer.intersect(&Ray { tmin: -5.0, ..plain }).is_some());
+    }
+}
+
+#[test]
+fn updates_follow_the_scene() {
+    let seed = Random::seed(6);
+    let mut random = Random::new(seed);
+    let pool = pool();
+    for strategy in [None].into_iter().chain(Strategy::ALL.map(Some)) {
+        let mut world = World::new(
+            vec![meshes::icosphere(3), meshes::soup(&mut random, 200, 0.2)],
+            vec![
+                (1, Affine3A::IDENTITY),
+                (2, Affine3A::from_translation(Vec3::X * 2.0)),
+                (1, Affine3A::from_scale(Vec3::splat(0.3))),
+            ],
+        );
+        world.scene.apply(Command::SetMotion { name: 1, motion: Motion::Unstructured });
+        let mut built = openrt::accel::TwoLevel::new(Level::detect());
+        built.force_strategy(strategy);
+        for frame in 0..14 {
+            match frame {
+                4 => world.scene.apply(Command::DeleteObjects { first: 2, count: 1 }),
+                // The same name, another object, between two frames.
+                6 => {
+                    world.scene.apply(Command::DefineObject {
+                        name: 2,
+                        mesh: meshes::uv_sphere(5, 7),
+                        motion: Motion::Static,
+                    });
+                }
+                8 => {
+                    world.scene.apply(Command::DeleteObjects { first: 2, count: 1 });
+                    world.scene.apply(Command::DefineObject {
+                        name: 2,
+                        mesh: meshes::icosphere(2),
+                        motion: Motion::Static,
+                    });
+                }
+                10 => world.instances.truncate(2),
+                11 => world.scene.apply(Command::DefineObject {
+                    name: 1,
+                    mesh: meshes::icosphere(1),
+                    motion: Motion::Unstructured,
+                }),
+                _ => {
+                    let positions =
+                        world.scene.objects[&1].mesh.positions.iter().map(|p| *p + random.vec() * 0.1).collect();
+                    world.scene.apply(Command::UpdatePositions { name: 1, first: 0, positions });
+                }
+            }
+            let stats = pool.install(|| built.update(&world.scene, &world.instances));
+            assert_eq!(stats.out_of_memory, 0);
+            let tracer = Tracer::new(&built);
+            for ray in rays(&mut random, &world_triangles(&world), 150).iter().filter(|r| !is_rescaled(r)) {
+                let what = format!("seed {seed}, {strategy:?}, frame {frame}, {ray:?}");
+                assert_eq!(bits(&tracer.intersect(ray)), bits(&world.brute_force(&built, ray)), "{what}");
+            }
+            // A second update has nothing to do.
+            let again = pool.install(|| built.update(&world.scene, &world.instances));
+            assert_eq!((again.objects_built, again.objects_refitted), (0, 0), "{strategy:?}, frame {frame}");
+        }
+    }
+}
