@@ -1,8 +1,19 @@
 //! Colours to pixels.
+//!
+//! The renderer fills a [`Framebuffer`] of linear floats, tile by tile; every finished tile is encoded for the application's image
+//! ([`Target`]) at once. Rows count from the bottom, as in OpenGL, everywhere but in image files and in targets that ask for it.
 #![forbid(unsafe_code)]
 
+pub mod srgb;
+
+mod encode;
+mod framebuffer;
+mod image_file;
 mod pixel_format;
 mod stats;
 
+pub use encode::encode_pixels;
+pub use framebuffer::{Framebuffer, FramebufferError, NO_INSTANCE, Pixel, TILE_PIXELS, TILE_SIZE, TileGrid, TileRect};
+pub use image_file::{ImageFileError, LoadedImage, read_image, write_image};
 pub use pixel_format::{PixelFormat, PixelSink, Target, TargetLayout};
 pub use stats::FrameStats;

@@ -1,1 +1,39 @@
-//! shade
+//! Hits to colours: surfaces, lights, cameras, environments and rendering objects.
+//!
+//! At frame start [`ShadeScene`] turns names and parameters into dense, typed data (late binding). A [`Worker`], one per tile, then carries camera samples through
+//! an [`Integrator`](integrator::Integrator). Built-in shaders are variants of closed enums; only the user's own programs are called
+//! through traits. No ray allocates memory. [`class`] has the manual of all built-in classes.
+#![forbid(unsafe_code)]
+
+pub mod class;
+
+mod ambient_occlusion;
+mod block;
+mod camera;
+mod context;
+mod direct;
+mod environment;
+mod footprint;
+mod integrator;
+mod interaction;
+mod light;
+mod names;
+mod optics;
+mod path;
+mod sampler;
+mod shade_scene;
+mod surface;
+mod texture;
+mod textures;
+mod values;
+mod whitted;
+mod worker;
+
+pub use camera::Camera;
+pub use class::builtin_classes;
+pub use footprint::Cone;
+pub use interaction::Interaction;
+pub use sampler::{Rng, pixel_pattern};
+pub use shade_scene::{ShadeScene, compile_camera};
+pub use textures::TextureCache;
+pub use worker::{RayCounts, Sample, Worker};

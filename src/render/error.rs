@@ -1,0 +1,32 @@
+//! Why a frame could not be rendered.
+
+use crate::frame::FramebufferError;
+use std::fmt;
+
+#[derive(Debug)]
+pub enum RenderError {
+    /// The framebuffer could not be made; the frame before is still there.
+    Framebuffer(FramebufferError),
+}
+
+impl fmt::Display for RenderError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Framebuffer(cause) => write!(f, "{cause}"),
+        }
+    }
+}
+
+impl std::error::Error for RenderError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Framebuffer(cause) => Some(cause),
+        }
+    }
+}
+
+impl From<FramebufferError> for RenderError {
+    fn from(cause: FramebufferError) -> Self {
+        Self::Framebuffer(cause)
+    }
+}

@@ -1,0 +1,173 @@
+//! Lights: where they shine from, and how much.
+//!
+//! Radiance here is in units in which a light of colour 1 gives a white diffuse surface the value 1 (see [`crate::shade::class`]): irradiance
+//! divided by π.
+
+use crate::scene::{LightSample, LightShader};
+use crate::shade::block::Block;
+use crate::shade::sampler::disc;
+use crate::shade::values::Values;
+use glam::{Vec2, Vec3};
+use std::f32::consts::TAU;
+use std::sync::Arc;
+
+pub struct Light {
+    shape: Shape,
+    color: Vec3,
+    /// Divides by `x + y·d + z·d²`.
+    attenuation: Vec3,
+    /// Points of the light that a shading point asks for.
+    pub samples: u32,
+}
+
+enum Shape {
+    Point { position: Vec3 },
+    /// Unit direction towards the light.
+    Directional { towards: Vec3 },
+    Spot { position: Vec3, axis: Vec3, cos_outer: f32, cos_inner: f32, exponent: f32 },
+    Rectangle { corner: Vec3, u: Vec3, v: Vec3, normal: Vec3 },
+    Disc { center: Vec3, u: Vec3, v: Vec3, normal: Vec3 },
+    Sphere { center: Vec3, radius: f32 },
+    User { program: Arc<dyn LightShader>, block: Block },
+}
+
+/// Most samples of an area light; more would only be slower.
+const MAX_SAMPLES: u32 = 4096;
+
+impl Light {
+    /// The built-in light `class`; None if there is none of that name.
+    pub fn built_in(class: &str, values: Values) -> Option<Self> {
+        let position = values.vec3("position");
+        let mut samples = 1;
+        let shape = match class {
+            "point" => Shape::Point { position },
+            "directional" => {
+                Shape::Directional { towards: (-values.vec3("direction")).normalize_or(Vec3::Z) }
+            }
+            "spot" => {
+                let outer = values.float("cutoff").clamp(0.0, 180.0);
+                let inner = (outer - values.float("penumbra")).clamp(0.0, outer);
+                Shape::Spot {
+                    position,
+                    axis: values.vec3("direction").normalize_or(Vec3::NEG_Z),
+                    cos_outer: outer.to_radians().cos(),
+                    cos_inner: inner.to_radians().cos(),
+                    exponent: values.float("exponent"),
+                }
+            }
+            "area" => {
+                samples = values.count("samples", MAX_SAMPLES);
+                area(values, position)
+            }
+            _ => return None,
+        };
+        let attenuation =
+            if class == "directional" { Vec3::X } else { values.vec3("attenuation") };
+        Some(Self { shape, color: values.vec3("color"), attenuation, samples })
+    }
+
+    pub fn user(program: Arc<dyn LightShader>, block: Block) -> Self {
+        Self { shape: Shape::User { program, block }, color: Vec3::ONE, attenuation: Vec3::X, samples: 1 }
+    }
+
+    /// Light at `position` from the point of the light that `u` (in [0, 1)²) chooses; None where it does not shine.
+    pub fn sample(&self, position: Vec3, u: Vec2) -> Option<LightSample> {
+        let (source, strength) = match &self.shape {
+            Shape::Directional { towards } => {
+                return Some(LightSample { direction: *towards, distance: f32::INFINITY, radiance: self.color });
+            }
+            Shape::User { program, block } => return program.illuminate(block.bytes(), position).and_then(sane),
+            Shape::Point { position } => (*position, None),
+            Shape::Spot { position, .. } => (*position, None),
+            Shape::Rectangle { corner, u: edge_u, v: edge_v, normal } => {
+                (*corner + *edge_u * u.x + *edge_v * u.y, Some(*normal))
+            }
+            Shape::Disc { center, u: axis_u, v: axis_v, normal } => {
+                let p = disc(u);
+                (*center + *axis_u * p.x + *axis_v * p.y, Some(*normal))
+            }
+            Shape::Sphere { center, radius } => return self.sample_sphere(*center, *radius, position, u),
+        };
+        let to_light = source - position;
+        let distance = to_light.length();
+        if !(distance > 0.0 && distance.is_finite()) {
+            return None;
+        }
+        let direction = to_light / distance;
+        let mut strength = match strength {
+            Some(normal) => (-direction.dot(normal)).max(0.0),
+            None => 1.0,
+        };
+        if let Shape::Spot { axis, cos_outer, cos_inner, exponent, .. } = &self.shape {
+            strength = spot_strength(-direction.dot(*axis), *cos_outer, *cos_inner, *exponent);
+        }
+        let radiance = self.color * (strength * self.falloff(distance));
+        (radiance != Vec3::ZERO).then_some(LightSample { direction, distance, radiance })
+    }
+
+    /// Samples the cone of directions in which the sphere is seen, uniformly: all samples count alike and none is wasted on the far side.
+    fn sample_sphere(&self, center: Vec3, radius: f32, position: Vec3, u: Vec2) -> Option<LightSample> {
+        let to_center = center - position;
+        let d2 = to_center.length_squared();
+        let sin2 = radius * radius / d2;
+        if !(sin2 < 1.0) || !d2.is_finite() {
+            return None;
+        }
+        let axis = to_center / d2.sqrt();
+        // 1 − cos of the cone's half angle, without cancellation for small spheres.
+        let cap = sin2 / (1.0 + (1.0 - sin2).sqrt());
+        let one_minus_cos = cap * u.x;
+        let cos = 1.0 - one_minus_cos;
+        let sin = (one_minus_cos * (1.0 + cos)).max(0.0).sqrt();
+        let (t, b) = axis.any_orthonormal_pair();
+        let phi = TAU * u.y;
+        let direction = (t * (sin * phi.cos()) + b * (sin * phi.sin()) + axis * cos).normalize_or(axis);
+        // Where that direction enters the sphere.
+        let along = d2.sqrt() * cos;
+        let half_chord = (radius * radius - d2 * sin * sin).max(0.0).sqrt();
+        let distance = along - half_chord;
+        // Solid angle times radiance, relative to the small-sphere limit π·sin².
+        let near = if sin2 > 0.0 { 2.0 * cap / sin2 } else { 1.0 };
+        let radiance = self.color * (near * self.falloff(d2.sqrt()));
+        (distance > 0.0).then_some(LightSample { direction, distance, radiance })
+    }
+
+    fn falloff(&self, d: f32) -> f32 {
+        let divisor = self.attenuation.x + d * (self.attenuation.y + d * self.attenuation.z);
+        if divisor > 0.0 { 1.0 / divisor } else { 1.0 }
+    }
+}
+
+fn area(values: Values, position: Vec3) -> Shape {
+    let (u, v) = (values.vec3("edge_u"), values.vec3("edge_v"));
+    let normal = u.cross(v).normalize_or(Vec3::NEG_Y);
+    let radius = values.float("radius").max(0.0);
+    match values.string("shape") {
+        "sphere" => Shape::Sphere { center: position, radius },
+        "disc" => {
+            let u = u.normalize_or(Vec3::X);
+            Shape::Disc { center: position, u: u * radius, v: normal.cross(u) * radius, normal }
+        }
+        _ => Shape::Rectangle { corner: position - 0.5 * (u + v), u, v, normal },
+    }
+}
+
+/// Share of a spot's colour at the angle whose cosine is `cos` from its axis.
+fn spot_strength(cos: f32, cos_outer: f32, cos_inner: f32, exponent: f32) -> f32 {
+    if cos < cos_outer {
+        return 0.0;
+    }
+    let edge = if cos >= cos_inner {
+        1.0
+    } else {
+        let x = (cos - cos_outer) / (cos_inner - cos_outer);
+        x * x * (3.0 - 2.0 * x)
+    };
+    if exponent > 0.0 { edge * cos.max(0.0).powf(exponent) } else { edge }
+}
+
+/// A user's sample with a usable direction, made unit length.
+fn sane(sample: LightSample) -> Option<LightSample> {
+    let direction = sample.direction.try_normalize()?;
+    (sample.distance > 0.0 && sample.radiance.is_finite()).then_some(LightSample { direction, ..sample })
+}

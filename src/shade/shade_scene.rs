@@ -1,0 +1,133 @@
+//! The scene as one frame sees it: late binding happens here. Names become dense indices, parameters become typed values, and nothing is looked up by
+//! name again while rays fly.
+
+use crate::scene::{FrameDesc, Instance, Mesh, Name, Program, Scene, Shader};
+use crate::shade::block::Block;
+use crate::shade::camera::Camera;
+use crate::shade::environment::Environment;
+use crate::shade::footprint::Cone;
+use crate::shade::integrator::Integrator;
+use crate::shade::interaction::Interaction;
+use crate::shade::light::Light;
+use crate::shade::names::NameTable;
+use crate::shade::surface::{Surface, UserSurface};
+use crate::shade::textures::{TextureCache, Textures};
+use crate::shade::values::Values;
+use crate::trace::{Hit, Ray};
+use glam::{Vec3, Vec4};
+
+/// Everything that shading reads during one frame.
+pub struct ShadeScene<'a> {
+    instances: &'a [Instance],
+    /// The mesh of each instance; None where the object does not exist.
+    meshes: Vec<Option<&'a Mesh>>,
+    /// Number 0 is the default surface.
+    surfaces: Vec<Surface>,
+    surface_of: NameTable,
+    pub textures: Textures,
+    /// Lights in the order of use, without the ambient ones.
+    pub lights: Vec<Light>,
+    /// Sum of the ambient lights.
+    pub ambient: Vec3,
+    /// The frame uses no light at all, so the eye carries a lamp.
+    pub headlight: bool,
+    pub camera: Camera,
+    pub environment: Environment,
+    pub integrator: Integrator,
+    /// Some surface lets shadow rays pass.
+    pub see_through: bool,
+}
+
+impl<'a> ShadeScene<'a> {
+    pub fn new(scene: &'a Scene, frame: &'a FrameDesc, cache: &mut TextureCache) -> Self {
+        let textures = Textures::new(scene, cache);
+        let mesh = |instance: &Instance| scene.objects.get(&instance.object).map(|object| &object.mesh);
+        let meshes = frame.instances.iter().map(mesh).collect();
+
+        let mut surfaces = vec![Surface::default()];
+        let mut names = vec![0];
+        for (&name, shader) in &scene.shaders {
+            if let Some(surface) = compile_surface(name, shader, &textures) {
+                names.push(name);
+                surfaces.push(surface);
+            }
+        }
+        let see_through = surfaces.iter().any(Surface::is_see_through);
+
+        let mut lights = Vec::new();
+        let mut ambient = Vec3::ZERO;
+        for shader in frame.lights.iter().filter_map(|name| scene.shaders.get(name)) {
+            match &shader.class.program {
+                Program::BuiltIn if &*shader.class.name == "ambient" => ambient += Values(shader).vec3("color"),
+                Program::BuiltIn => lights.extend(Light::built_in(&shader.class.name, Values(shader))),
+                Program::Light(program) => lights.push(Light::user(program.clone(), Block::pack(shader))),
+                _ => {}
+            }
+        }
+
+        Self {
+            instances: &frame.instances,
+            meshes,
+            surfaces,
+            surface_of: NameTable::new(names.iter().copied()),
+            lights,
+            ambient,
+            headlight: frame.lights.is_empty(),
+            camera: compile_camera(scene, frame),
+            environment: compile_environment(scene, frame, &textures),
+            integrator: Integrator::new(scene.shaders.get(&frame.renderer), frame.max_depth),
+            see_through,
+            textures,
+        }
+    }
+
+    pub fn mesh(&self, instance: u32) -> &'a Mesh {
+        self.meshes[instance as usize].expect("only instances of existing objects are hit")
+    }
+
+    /// The surface of the triangle that was hit.
+    #[inline]
+    pub fn surface(&self, hit: &Hit) -> &Surface {
+        let name = self.mesh(hit.instance).shader_of_triangle.get(hit.prim as usize).copied().unwrap_or(0);
+        &self.surfaces[self.surface_of.get(name).unwrap_or(0) as usize]
+    }
+
+    pub fn interaction(&self, ray: &Ray, hit: &Hit, cone: Cone, depth: u32) -> Interaction {
+        let instance = &self.instances[hit.instance as usize];
+        Interaction::new(ray, hit, instance, self.mesh(hit.instance), cone, depth)
+    }
+}
+
+fn compile_surface(name: Name, shader: &Shader, textures: &Textures) -> Option<Surface> {
+    match &shader.class.program {
+        Program::BuiltIn => Surface::built_in(&shader.class.name, Values(shader), textures),
+        Program::Surface(program) => Some(Surface::User(UserSurface {
+            program: program.clone(),
+            block: Block::pack(shader),
+            shader: name,
+            class: shader.class.clone(),
+        })),
+        _ => None,
+    }
+}
+
+/// The frame's camera; the default one where the frame names none.
+pub fn compile_camera(scene: &Scene, frame: &FrameDesc) -> Camera {
+    let camera = scene.shaders.get(&frame.camera).and_then(|shader| match &shader.class.program {
+        Program::BuiltIn => Camera::built_in(&shader.class.name, Values(shader)),
+        Program::Camera(program) => Some(Camera::user(program.clone(), Block::pack(shader))),
+        _ => None,
+    });
+    camera.unwrap_or_default()
+}
+
+fn compile_environment(scene: &Scene, frame: &FrameDesc, textures: &Textures) -> Environment {
+    let environment = scene.shaders.get(&frame.environment).and_then(|shader| match &shader.class.program {
+        Program::BuiltIn => Environment::built_in(&shader.class.name, Values(shader), |name| textures.get(name)),
+        Program::Environment(program) => {
+            Some(Environment::User { program: program.clone(), block: Block::pack(shader) })
+        }
+        _ => None,
+    });
+    environment.unwrap_or(Environment::Clear(Vec4::from_array(frame.clear_color)))
+}

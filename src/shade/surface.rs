@@ -1,0 +1,175 @@
+//! Surfaces as compiled for one frame: plain data in a closed enum, so that shading a hit costs a `match` and no virtual call.
+
+use crate::scene::{Name, ShaderClass, SurfaceShader};
+use crate::shade::block::Block;
+use crate::shade::interaction::Interaction;
+use crate::shade::textures::Textures;
+use crate::shade::values::Values;
+use glam::{Vec3, Vec4, Vec4Swizzles};
+use std::sync::Arc;
+
+/// Index of a texture in the frame's [`Textures`]; None is white.
+pub type TextureId = Option<u32>;
+
+pub enum Surface {
+    Constant { color: Vec3, texture: TextureId },
+    /// `diffuse`, `phong` and `cutout`.
+    Phong(Phong),
+    Mirror { color: Vec3, texture: TextureId },
+    Glass { color: Vec3, ior: f32 },
+    Metal { color: Vec3, exponent: Option<f32>, texture: TextureId },
+    EyeLight { color: Vec3, texture: TextureId },
+    Normals,
+    Wireframe { color: Vec3, background: Vec3, thickness: f32 },
+    User(UserSurface),
+}
+
+/// Phong's model with Whitted's mirror and refracted rays; see [`crate::shade::class`].
+pub struct Phong {
+    pub ambient: Vec3,
+    pub diffuse: Vec3,
+    pub specular: Vec3,
+    pub shininess: f32,
+    pub reflection: Vec3,
+    pub transmission: Vec3,
+    pub ior: f32,
+    pub emission: Vec3,
+    pub opacity: f32,
+    pub texture: TextureId,
+    pub alpha_texture: TextureId,
+    /// 0 keeps every point.
+    pub alpha_threshold: f32,
+}
+
+pub struct UserSurface {
+    pub program: Arc<dyn SurfaceShader>,
+    pub block: Block,
+    pub shader: Name,
+    pub class: Arc<ShaderClass>,
+}
+
+impl Default for Surface {
+    /// What triangles without a shader look like: grey and dull.
+    fn default() -> Self {
+        Surface::Phong(Phong { ambient: Vec3::splat(0.16), ..Phong::matte(Vec3::splat(0.8)) })
+    }
+}
+
+impl Phong {
+    fn matte(diffuse: Vec3) -> Self {
+        Self {
+            ambient: Vec3::ZERO,
+            diffuse,
+            specular: Vec3::ZERO,
+            shininess: 1.0,
+            reflection: Vec3::ZERO,
+            transmission: Vec3::ZERO,
+            ior: 1.0,
+            emission: Vec3::ZERO,
+            opacity: 1.0,
+            texture: None,
+            alpha_texture: None,
+            alpha_threshold: 0.0,
+        }
+    }
+
+    /// Base colour factor in xyz, alpha after threshold and opacity in w.
+    pub fn base(&self, it: &Interaction, textures: &Textures) -> Vec4 {
+        let base = it.point.color * textures.lookup(self.texture, it.point.tex_coord, it.footprint);
+        base.xyz().extend(self.alpha(base.w, it, textures))
+    }
+
+    fn alpha(&self, base_alpha: f32, it: &Interaction, textures: &Textures) -> f32 {
+        if self.alpha_threshold <= 0.0 {
+            return self.opacity;
+        }
+        let mask = textures.lookup(self.alpha_texture, it.point.tex_coord, it.footprint).x;
+        if base_alpha * mask < self.alpha_threshold { 0.0 } else { self.opacity }
+    }
+}
+
+impl Surface {
+    /// The built-in surface `class`; None if there is none of that name.
+    pub fn built_in(class: &str, values: Values, textures: &Textures) -> Option<Self> {
+        let texture = || textures.id(values.texture("texture"));
+        let color = || values.vec3("color");
+        Some(match class {
+            "constant" => Surface::Constant { color: color(), texture: texture() },
+            "diffuse" => {
+                let matte = Phong::matte(color());
+                Surface::Phong(Phong { ambient: values.vec3("ambient") * color(), texture: texture(), ..matte })
+            }
+            "cutout" => Surface::Phong(Phong {
+                ambient: values.vec3("ambient") * color(),
+                texture: texture(),
+                alpha_texture: textures.id(values.texture("alpha_texture")),
+                alpha_threshold: values.float("alpha_threshold"),
+                ..Phong::matte(color())
+            }),
+            "phong" => Surface::Phong(Phong {
+                ambient: values.vec3("ambient"),
+                diffuse: values.vec3("diffuse"),
+                specular: values.vec3("specular"),
+                shininess: values.float("shininess").max(0.0),
+                reflection: values.vec3("reflection"),
+                transmission: values.vec3("transmission"),
+                ior: positive_or_one(values.float("ior")),
+                emission: values.vec3("emission"),
+                opacity: values.float("opacity").clamp(0.0, 1.0),
+                texture: texture(),
+                alpha_texture: textures.id(values.texture("alpha_texture")),
+                alpha_threshold: values.float("alpha_threshold"),
+            }),
+            "mirror" => Surface::Mirror { color: color(), texture: texture() },
+            "glass" => Surface::Glass { color: color(), ior: positive_or_one(values.float("ior")) },
+            "metal" => {
+                let roughness = values.float("roughness").clamp(0.0, 1.0);
+                // 2/r² − 2 maps 1 to a cosine-free lobe and small values to Blinn's highlights of slope r.
+                let exponent = (roughness > 1e-3).then(|| 2.0 / (roughness * roughness) - 2.0);
+                Surface::Metal { color: color(), exponent, texture: texture() }
+            }
+            "eyelight" => Surface::EyeLight { color: color(), texture: texture() },
+            "normals" => Surface::Normals,
+            "wireframe" => Surface::Wireframe {
+                color: color(),
+                background: values.vec3("background"),
+                thickness: values.float("thickness"),
+            },
+            _ => return None,
+        })
+    }
+
+    /// Whether shadow rays may pass, somewhere.
+    pub fn is_see_through(&self) -> bool {
+        match self {
+            Surface::Phong(p) => p.alpha_threshold > 0.0 || p.opacity < 1.0 || p.transmission != Vec3::ZERO,
+            Surface::Glass { .. } => true,
+            _ => false,
+        }
+    }
+
+    /// Whether the surface is not there at the point.
+    pub fn is_hole(&self, it: &Interaction, textures: &Textures) -> bool {
+        match self {
+            Surface::Phong(p) => p.alpha_threshold > 0.0 && p.base(it, textures).w == 0.0,
+            _ => false,
+        }
+    }
+
+    /// Share of light that goes straight through, for shadow rays. Refracting surfaces let it pass undeflected:
+    /// a lamp behind a window shines; caustics are left to the eye. A user's surfaces are opaque.
+    pub fn transmittance(&self, it: &Interaction, textures: &Textures) -> Vec3 {
+        match self {
+            Surface::Phong(p) => {
+                let alpha = p.base(it, textures).w;
+                Vec3::splat(1.0 - alpha) + p.transmission * alpha
+            }
+            Surface::Glass { color, .. } => *color,
+            _ => Vec3::ZERO,
+        }
+    }
+}
+
+fn positive_or_one(ior: f32) -> f32 {
+    if ior > 0.0 && ior.is_finite() { ior } else { 1.0 }
+}

@@ -1,0 +1,161 @@
+//! One worker carries the samples of one tile. It owns all that changes while rays fly, so that tiles share nothing but
+//! read-only data.
+
+use crate::scene::PrimaryRay;
+use crate::shade::footprint::Cone;
+use crate::shade::integrator::Integrator;
+use crate::shade::interaction::Interaction;
+use crate::shade::sampler::Rng;
+use crate::shade::shade_scene::ShadeScene;
+use crate::trace::{Hit, Ray, Tracer};
+use glam::{Vec3, Vec4};
+
+/// Rays by purpose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    pub primary: u64,
+    pub shadow: u64,
+    pub secondary: u64,
+}
+
+/// What one camera sample saw.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// Linear RGB multiplied by coverage, and coverage; always finite.
+    pub color: Vec4,
+    /// The first visible point; None where the ray left the scene.
+    pub seen: Option<Seen>,
+}
+
+/// The first point of a camera ray that is not transparent.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    pub distance: f32,
+    pub normal: Vec3,
+    pub object: u32,
+    pub instance: u32,
+}
+
+/// State of a ray that continues a path from the camera.
+#[derive(Clone, Copy)]
+pub(crate) struct Bounce {
+    /// Bounces so far.
+    pub depth: u32,
+    /// Upper bound of the ray's share in the pixel.
+    pub weight: f32,
+    pub cone: Cone,
+}
+
+pub struct Worker<'a> {
+    pub(crate) scene: &'a ShadeScene<'a>,
+    pub(crate) tracer: Tracer<'a>,
+    pub counts: RayCounts,
+    pub(crate) rng: Rng,
+    pub(crate) seen: Option<Seen>,
+    /// Bounces that the current sample may still send.
+    budget: u32,
+    /// Memory for parameter blocks of the user's shaders; one is taken per level of recursion and given back.
+    pub(crate) scratch: Vec<Vec<u8>>,
+}
+
+/// Bounces of one camera sample. A tree of mirrors and glass doubles at every level; this keeps one pixel from taking for ever.
+const BUDGET: u32 = 1 << 14;
+/// Rays with a smaller share in the pixel are not sent (Hall and Greenberg 1983): half a step of an 8-bit channel.
+const MIN_WEIGHT: f32 = 1.0 / 512.0;
+/// Transparent layers that one ray passes before it gives up.
+pub(crate) const MAX_LAYERS: u32 = 256;
+/// Shadow rays end this much before the light, relative to its distance: lights often lie on a surface.
+const SHADOW_END: f32 = 1.0 - 1e-4;
+
+impl<'a> Worker<'a> {
+    pub fn new(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>) -> Self {
+        let rng = Rng::new(0, 0, 0);
+        Self { scene, tracer, counts: RayCounts::default(), rng, seen: None, budget: 0, scratch: Vec::new() }
+    }
+
+    /// Carries one camera sample to its colour. `rng` decides all its random choices.
+    pub fn sample(&mut self, primary: PrimaryRay, cone: Cone, rng: Rng) -> Sample {
+        let ray = Ray::new(primary.origin, primary.direction);
+        self.counts.primary += 1;
+        let hit = self.tracer.intersect(&ray);
+        self.rng = rng;
+        self.seen = None;
+        self.budget = BUDGET;
+        let color = self.radiance(ray, hit, Bounce { depth: 0, weight: 1.0, cone });
+        // A shader may have divided by zero; one such sample must not spoil an average.
+        let color = if color.is_finite() { color } else { Vec4::ZERO };
+        Sample { color, seen: self.seen }
+    }
+
+    /// Radiance along `ray`, whose closest hit is known: RGB multiplied by coverage, and coverage.
+    pub(crate) fn radiance(&mut self, ray: Ray, hit: Option<Hit>, bounce: Bounce) -> Vec4 {
+        match self.scene.integrator {
+            Integrator::Whitted { .. } => self.whitted(ray, hit, bounce),
+            Integrator::Path { max_depth, roulette_depth } => self.path(ray, hit, bounce, max_depth, roulette_depth),
+            Integrator::AmbientOcclusion { samples, distance } => self.occlusion(ray, hit, bounce, samples, distance),
+        }
+    }
+
+    /// Radiance along a new ray from a point; black beyond the recursion limit and for shares too small to see.
+    /// `weight` is the ray's share in what the point sends, `spread` the angle by which the bounce scatters.
+    pub(crate) fn bounce(
+        &mut self,
+        it: &Interaction,
+        direction: Vec3,
+        weight: f32,
+        spread: f32,
+        from: Bounce,
+    ) -> Vec3 {
+        let weight = from.weight * weight;
+        // Written so that NaN ends here too.
+        if !(weight >= MIN_WEIGHT) || from.depth >= self.scene.integrator.max_depth() || self.budget == 0 {
+            return Vec3::ZERO;
+        }
+        self.budget -= 1;
+        self.counts.secondary += 1;
+        let ray = it.spawn(direction);
+        let hit = self.tracer.intersect(&ray);
+        let cone = it.cone.widened(spread);
+        self.radiance(ray, hit, Bounce { depth: from.depth + 1, weight, cone }).truncate()
+    }
+
+    /// Share of light that reaches the point from `distance` along `direction` (unit length).
+    pub(crate) fn transmittance(&mut self, it: &Interaction, direction: Vec3, distance: f32) -> Vec3 {
+        self.counts.shadow += 1;
+        let mut ray = Ray { tmax: distance * SHADOW_END, ..it.spawn(direction) };
+        if !self.tracer.occluded(&ray) {
+            return Vec3::ONE;
+        }
+        if !self.scene.see_through {
+            return Vec3::ZERO;
+        }
+        // Some surfaces let light through: ask them one by one.
+        let mut share = Vec3::ONE;
+        for _ in 0..MAX_LAYERS {
+            let Some(hit) = self.tracer.intersect(&ray) else { return share };
+            let surface = self.scene.surface(&hit);
+            if !surface.is_see_through() {
+                return Vec3::ZERO;
+            }
+            let layer = self.scene.interaction(&ray, &hit, it.cone, it.point.depth + 1);
+            share *= surface.transmittance(&layer, &self.scene.textures);
+            if share == Vec3::ZERO {
+                return share;
+            }
+            ray.tmin = hit.t.next_up();
+        }
+        Vec3::ZERO
+    }
+
+    /// Remembers the first visible point of a camera ray.
+    pub(crate) fn see(&mut self, it: &Interaction) {
+        if it.point.depth == 0 && self.seen.is_none() {
+            self.seen = Some(Seen {
+                distance: it.point.distance,
+                normal: it.point.normal,
+                object: it.point.object,
+                instance: it.point.instance,
+            });
+        }
+    }
+}
