@@ -1,8 +1,8 @@
 //! Image files, through the `image` crate.
 
 use super::{Framebuffer, PixelFormat, encode_pixels};
-use image::codecs::{hdr::HdrEncoder, jpeg::JpegEncoder, openexr::OpenExrEncoder, png::PngEncoder, pnm::PnmEncoder};
 use image::codecs::pnm::{PnmSubtype, SampleEncoding};
+use image::codecs::{hdr::HdrEncoder, jpeg::JpegEncoder, openexr::OpenExrEncoder, png::PngEncoder, pnm::PnmEncoder};
 use image::{ExtendedColorType, ImageEncoder, ImageReader, Rgb};
 use std::fmt;
 use std::fs::File;
@@ -111,14 +111,16 @@ fn encode_file(
         FileFormat::Jpeg => {
             JpegEncoder::new_with_quality(file, 92).write_image(bytes, width, height, ExtendedColorType::Rgb8)
         }
-        FileFormat::Ppm => PnmEncoder::new(file)
-            .with_subtype(PnmSubtype::Pixmap(SampleEncoding::Binary))
-            .write_image(bytes, width, height, ExtendedColorType::Rgb8),
+        FileFormat::Ppm => PnmEncoder::new(file).with_subtype(PnmSubtype::Pixmap(SampleEncoding::Binary)).write_image(
+            bytes,
+            width,
+            height,
+            ExtendedColorType::Rgb8,
+        ),
         FileFormat::Exr => OpenExrEncoder::new(file).write_image(bytes, width, height, ExtendedColorType::Rgba32F),
         FileFormat::Hdr => {
             let float = |b: &[u8]| f32::from_ne_bytes([b[0], b[1], b[2], b[3]]);
-            let rgb: Vec<_> =
-                bytes.chunks_exact(12).map(|p| Rgb([float(p), float(&p[4..]), float(&p[8..])])).collect();
+            let rgb: Vec<_> = bytes.chunks_exact(12).map(|p| Rgb([float(p), float(&p[4..]), float(&p[8..])])).collect();
             HdrEncoder::new(file).encode(&rgb, width as usize, height as usize)
         }
     }

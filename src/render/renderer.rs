@@ -3,7 +3,7 @@
 use super::error::RenderError;
 use super::tile::{TileJob, aspect};
 use crate::accel::TwoLevel;
-use crate::frame::{Framebuffer, FrameStats, TILE_PIXELS, Target, TileRect};
+use crate::frame::{FrameStats, Framebuffer, TILE_PIXELS, Target, TileRect};
 use crate::scene::{FrameDesc, Scene, Viewport};
 use crate::shade::{Camera, RayCounts, ShadeScene, TextureCache, compile_camera};
 use crate::simd::Level;

@@ -33,7 +33,8 @@ impl<'a> Worker<'a> {
                 let direction = cosine_hemisphere(it.point.normal, hammersley(i, samples, shift));
                 // Directions below the true surface, which interpolated normals allow, are mirrored above it.
                 let height = direction.dot(it.point.geometric_normal);
-                let direction = if height < 0.0 { direction - it.point.geometric_normal * (2.0 * height) } else { direction };
+                let direction =
+                    if height < 0.0 { direction - it.point.geometric_normal * (2.0 * height) } else { direction };
                 open += self.transmittance(&it, direction, distance);
             }
             return (open / samples as f32).extend(1.0);

@@ -112,9 +112,7 @@ impl Camera {
         let world = |p: Vec3| self.right * p.x + self.up * p.y + self.forward * p.z;
         let (origin, direction) = match &self.kind {
             Kind::Pinhole(window) => (self.eye, world(window.at(screen, aspect).extend(1.0))),
-            Kind::Orthographic(window) => {
-                (self.eye + world(window.at(screen, aspect).extend(0.0)), self.forward)
-            }
+            Kind::Orthographic(window) => (self.eye + world(window.at(screen, aspect).extend(0.0)), self.forward),
             Kind::ThinLens { window, aperture, focus } => {
                 let focused = window.at(screen, aspect).extend(1.0) * *focus;
                 let on_lens = (disc(lens) * *aperture).extend(0.0);
@@ -136,17 +134,18 @@ impl Camera {
     /// The cone of a pixel when the picture has `rows` rows (or the samples of a pixel count as rows).
     pub fn cone(&self, rows: f32, aspect: f32) -> Cone {
         match &self.kind {
-            Kind::Pinhole(window) | Kind::ThinLens { window, .. } => Cone { width: 0.0, spread: window.height() / rows },
+            Kind::Pinhole(window) | Kind::ThinLens { window, .. } => {
+                Cone { width: 0.0, spread: window.height() / rows }
+            }
             Kind::Orthographic(window) => Cone { width: window.height() / rows, spread: 0.0 },
             Kind::Environment => Cone { width: 0.0, spread: PI / rows },
             Kind::User { .. } => {
                 // Measured between two neighbouring rows in the middle of the picture.
                 let ray = |dy: f32| self.primary_ray(Vec2::new(0.5, 0.5 + dy / rows), aspect, Vec2::splat(0.5));
                 match (ray(-0.5), ray(0.5)) {
-                    (Some(a), Some(b)) => Cone {
-                        width: a.origin.distance(b.origin),
-                        spread: a.direction.distance(b.direction),
-                    },
+                    (Some(a), Some(b)) => {
+                        Cone { width: a.origin.distance(b.origin), spread: a.direction.distance(b.direction) }
+                    }
                     _ => Cone { width: 0.0, spread: 1.0 / rows },
                 }
             }

@@ -179,10 +179,7 @@ fn cameras() -> Vec<Arc<ShaderClass>> {
     vec![
         camera("pinhole", vec![float("fov", 60.0), aspect(), window()]),
         camera("orthographic", vec![float("height", 2.0), aspect(), window()]),
-        camera(
-            "thinlens",
-            vec![float("fov", 60.0), aspect(), window(), float("aperture", 0.05), float("focus", 0.0)],
-        ),
+        camera("thinlens", vec![float("fov", 60.0), aspect(), window(), float("aperture", 0.05), float("focus", 0.0)]),
         camera("environment", vec![]),
     ]
 }

@@ -17,13 +17,7 @@ pub(crate) enum Effort {
 impl<'a> Worker<'a> {
     /// Calls `each(direction, radiance)` for all light that arrives at the point from the side of the viewer.
     /// Directions have unit length and a positive cosine to the normal, which `each` has to multiply itself.
-    pub(crate) fn direct(
-        &mut self,
-        it: &Interaction,
-        shadows: bool,
-        effort: Effort,
-        mut each: impl FnMut(Vec3, Vec3),
-    ) {
+    pub(crate) fn direct(&mut self, it: &Interaction, shadows: bool, effort: Effort, mut each: impl FnMut(Vec3, Vec3)) {
         let scene = self.scene;
         let point = &it.point;
         for light in &scene.lights {
@@ -34,13 +28,12 @@ impl<'a> Worker<'a> {
             for i in 0..n {
                 let u = if area { hammersley(i, n, shift) } else { Vec2::splat(0.5) };
                 let Some(sample) = light.sample(point.position, u) else { continue };
-                let visible = sample.direction.dot(point.normal) > 0.0
-                    && sample.direction.dot(point.geometric_normal) > 0.0;
+                let visible =
+                    sample.direction.dot(point.normal) > 0.0 && sample.direction.dot(point.geometric_normal) > 0.0;
                 if !visible {
                     continue;
                 }
-                let share =
-                    if shadows { self.transmittance(it, sample.direction, sample.distance) } else { Vec3::ONE };
+                let share = if shadows { self.transmittance(it, sample.direction, sample.distance) } else { Vec3::ONE };
                 if share != Vec3::ZERO {
                     each(sample.direction, sample.radiance * share / n as f32);
                 }

@@ -13,9 +13,21 @@ pub enum Environment {
     /// The frame's clear colour, with its alpha.
     Clear(Vec4),
     Constant(Vec3),
-    Gradient { bottom: Vec3, horizon: Vec3, top: Vec3, up: Vec3 },
-    LatLong { texture: Option<CompiledTexture>, intensity: f32, rotation: f32 },
-    User { program: Arc<dyn EnvironmentShader>, block: Block },
+    Gradient {
+        bottom: Vec3,
+        horizon: Vec3,
+        top: Vec3,
+        up: Vec3,
+    },
+    LatLong {
+        texture: Option<CompiledTexture>,
+        intensity: f32,
+        rotation: f32,
+    },
+    User {
+        program: Arc<dyn EnvironmentShader>,
+        block: Block,
+    },
 }
 
 impl Environment {

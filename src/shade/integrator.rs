@@ -7,9 +7,18 @@ use crate::shade::values::Values;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Integrator {
     /// `whitted`, and with neither depth nor shadows `raycast`.
-    Whitted { max_depth: u32, shadows: bool },
-    AmbientOcclusion { samples: u32, distance: f32 },
-    Path { max_depth: u32, roulette_depth: u32 },
+    Whitted {
+        max_depth: u32,
+        shadows: bool,
+    },
+    AmbientOcclusion {
+        samples: u32,
+        distance: f32,
+    },
+    Path {
+        max_depth: u32,
+        roulette_depth: u32,
+    },
 }
 
 /// Bounces are recursive in `whitted`, so the caller's depth is cut here.

@@ -21,14 +21,40 @@ pub struct Light {
 }
 
 enum Shape {
-    Point { position: Vec3 },
+    Point {
+        position: Vec3,
+    },
     /// Unit direction towards the light.
-    Directional { towards: Vec3 },
-    Spot { position: Vec3, axis: Vec3, cos_outer: f32, cos_inner: f32, exponent: f32 },
-    Rectangle { corner: Vec3, u: Vec3, v: Vec3, normal: Vec3 },
-    Disc { center: Vec3, u: Vec3, v: Vec3, normal: Vec3 },
-    Sphere { center: Vec3, radius: f32 },
-    User { program: Arc<dyn LightShader>, block: Block },
+    Directional {
+        towards: Vec3,
+    },
+    Spot {
+        position: Vec3,
+        axis: Vec3,
+        cos_outer: f32,
+        cos_inner: f32,
+        exponent: f32,
+    },
+    Rectangle {
+        corner: Vec3,
+        u: Vec3,
+        v: Vec3,
+        normal: Vec3,
+    },
+    Disc {
+        center: Vec3,
+        u: Vec3,
+        v: Vec3,
+        normal: Vec3,
+    },
+    Sphere {
+        center: Vec3,
+        radius: f32,
+    },
+    User {
+        program: Arc<dyn LightShader>,
+        block: Block,
+    },
 }
 
 /// Most samples of an area light; more would only be slower.
@@ -41,9 +67,7 @@ impl Light {
         let mut samples = 1;
         let shape = match class {
             "point" => Shape::Point { position },
-            "directional" => {
-                Shape::Directional { towards: (-values.vec3("direction")).normalize_or(Vec3::Z) }
-            }
+            "directional" => Shape::Directional { towards: (-values.vec3("direction")).normalize_or(Vec3::Z) },
             "spot" => {
                 let outer = values.float("cutoff").clamp(0.0, 180.0);
                 let inner = (outer - values.float("penumbra")).clamp(0.0, outer);
@@ -61,8 +85,7 @@ impl Light {
             }
             _ => return None,
         };
-        let attenuation =
-            if class == "directional" { Vec3::X } else { values.vec3("attenuation") };
+        let attenuation = if class == "directional" { Vec3::X } else { values.vec3("attenuation") };
         Some(Self { shape, color: values.vec3("color"), attenuation, samples })
     }
 

@@ -36,4 +36,4 @@ pub use interaction::Interaction;
 pub use sampler::{Rng, pixel_pattern};
 pub use shade_scene::{ShadeScene, compile_camera};
 pub use textures::TextureCache;
-pub use worker::{RayCounts, Sample, Worker};
+pub use worker::{RayCounts, Sample, Seen, Worker};

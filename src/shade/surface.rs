@@ -12,15 +12,35 @@ use std::sync::Arc;
 pub type TextureId = Option<u32>;
 
 pub enum Surface {
-    Constant { color: Vec3, texture: TextureId },
+    Constant {
+        color: Vec3,
+        texture: TextureId,
+    },
     /// `diffuse`, `phong` and `cutout`.
     Phong(Phong),
-    Mirror { color: Vec3, texture: TextureId },
-    Glass { color: Vec3, ior: f32 },
-    Metal { color: Vec3, exponent: Option<f32>, texture: TextureId },
-    EyeLight { color: Vec3, texture: TextureId },
+    Mirror {
+        color: Vec3,
+        texture: TextureId,
+    },
+    Glass {
+        color: Vec3,
+        ior: f32,
+    },
+    Metal {
+        color: Vec3,
+        exponent: Option<f32>,
+        texture: TextureId,
+    },
+    EyeLight {
+        color: Vec3,
+        texture: TextureId,
+    },
     Normals,
-    Wireframe { color: Vec3, background: Vec3, thickness: f32 },
+    Wireframe {
+        color: Vec3,
+        background: Vec3,
+        thickness: f32,
+    },
     User(UserSurface),
 }
 

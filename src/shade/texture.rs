@@ -221,7 +221,8 @@ mod tests {
     #[test]
     fn nearest_takes_the_texel_under_the_point_with_row_0_at_the_bottom() {
         let t = texture(2, 2, &[10, 20, 30, 40], Filter::Nearest, Wrap::Repeat);
-        for (u, v, value) in [(0.1, 0.1, 10.0), (0.9, 0.1, 20.0), (0.1, 0.9, 30.0), (1.1, -0.9, 10.0), (0.999_999_94, 0.0, 20.0)]
+        for (u, v, value) in
+            [(0.1, 0.1, 10.0), (0.9, 0.1, 20.0), (0.1, 0.9, 30.0), (1.1, -0.9, 10.0), (0.999_999_94, 0.0, 20.0)]
         {
             assert!((red(&t, u, v) - value).abs() < 1e-3, "{u} {v}");
         }

@@ -98,14 +98,7 @@ impl<'a> Worker<'a> {
 
     /// Radiance along a new ray from a point; black beyond the recursion limit and for shares too small to see.
     /// `weight` is the ray's share in what the point sends, `spread` the angle by which the bounce scatters.
-    pub(crate) fn bounce(
-        &mut self,
-        it: &Interaction,
-        direction: Vec3,
-        weight: f32,
-        spread: f32,
-        from: Bounce,
-    ) -> Vec3 {
+    pub(crate) fn bounce(&mut self, it: &Interaction, direction: Vec3, weight: f32, spread: f32, from: Bounce) -> Vec3 {
         let weight = from.weight * weight;
         // Written so that NaN ends here too.
         if !(weight >= MIN_WEIGHT) || from.depth >= self.scene.integrator.max_depth() || self.budget == 0 {
