@@ -1,6 +1,6 @@
 //! Shading seen from outside: small scenes through `Renderer`, compared with what can be computed by hand.
 
-use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec4};
+use glam::{Affine3A, Vec2, Vec3, Vec4};
 use openrt::render::Renderer;
 use openrt::scene::*;
 use openrt::shade::builtin_classes;

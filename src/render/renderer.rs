@@ -45,13 +45,14 @@ impl Renderer {
         self.view = (compile_camera(scene, frame), frame.viewport);
         let update = self.world.update(scene, &frame.instances);
         let seconds = begin.elapsed().as_secs_f64();
-        let objects = frame.instances.iter().filter_map(|i| scene.objects.get(&i.object));
         FrameStats {
             update_seconds: seconds,
+            top_level_seconds: update.top_level_seconds,
             total_seconds: seconds,
             instances: frame.instances.len() as u64,
-            triangles: objects.map(|o| o.mesh.triangles.len() as u64).sum(),
+            triangles: update.triangles,
             objects_built: update.objects_built,
+            objects_refitted: update.objects_refitted,
             nodes_updated: update.nodes_updated,
             structure_bytes: update.bytes,
             ..FrameStats::default()
