@@ -1,2 +1,51 @@
-//! api
-pub struct Context;
+//! The state machine in safe Rust: what Rust programs call, and what the C face calls for C programs.
+//!
+//! [`Context`] holds everything that is current, checks every call by OpenGL's rules, and turns what is valid into
+//! [`crate::scene::Command`]s and frame descriptions for the back-end. It never looks into the back-end's scene, which may be
+//! rendering: what it must know of objects, shaders and textures to check a call, it remembers itself.
+#![forbid(unsafe_code)]
+
+mod arrays;
+mod assembler;
+mod camera;
+mod class_check;
+mod context;
+mod error;
+mod frame;
+mod frame_content;
+mod immediate;
+mod matrices;
+mod matrix_stack;
+mod mesh_builder;
+mod names;
+mod objects;
+mod parameter_value;
+mod query;
+mod shaders;
+mod state;
+mod target;
+mod texture_image;
+mod textures;
+
+pub use arrays::{Component, Indices, VertexArray, VertexArrays, decode_vectors};
+pub use assembler::Primitive;
+pub use context::{Config, Context, ErrorCallback};
+pub use error::{Error, ErrorCode, Result};
+pub use frame::{CancelHandle, FrameCallback, PixelKind};
+pub use frame_content::IMMEDIATE_OBJECT;
+pub use matrix_stack::MAX_DEPTH as MAX_MATRIX_DEPTH;
+pub use objects::{Mode, ObjectInfo, ObjectParameter};
+pub use state::{Capability, MAX_RAY_DEPTH, MAX_SAMPLES, State, StateString, StateValue};
+pub use target::MAX_FRAME_SIZE;
+pub use texture_image::{ImageDesc, ImageFormat};
+pub use textures::{MAX_TEXTURE_SIZE, TextureInfo, TextureParameter};
+
+// The plain types of the rooms below that appear in the methods of `Context`.
+pub use crate::backend::Level;
+pub use crate::frame::{FrameStats, PixelFormat, PixelSink, Target, TargetLayout};
+pub use crate::scene::{
+    CameraShader, EnvironmentShader, Filter, LightSample, LightShader, Motion, Name, ParamDef, ParamScope, ParamType,
+    ParamValue, PrimaryRay, Program, ShaderClass, ShaderKind, ShadingContext, Strategy, SurfacePoint, SurfaceShader,
+    TextureFormat, Wrap,
+};
+pub use crate::trace::{Hit, Ray};

@@ -1,1 +1,14 @@
-//! backend
+//! Who executes: this process.
+//!
+//! The state machine sends [`crate::scene::Command`]s and frame descriptions; what happens to them is decided here, and the
+//! application cannot tell. [`Local`] is the only back-end; a cluster is another one with the same methods.
+#![forbid(unsafe_code)]
+
+mod flight;
+mod local;
+
+pub use flight::{FrameFailure, OnDone};
+pub use local::{BackendError, Local};
+
+pub use crate::shade::builtin_classes;
+pub use crate::simd::Level;

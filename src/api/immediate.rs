@@ -1,0 +1,154 @@
+//! Immediate mode: begin, end, vertices and their attributes.
+//!
+//! Outside an object definition the triangles are drawn too, as OpenGL programmers expect: they form one unstructured object that
+//! lives for the frame being assembled, instanced once without a transform, last in the frame.
+
+use super::assembler::{Assembler, Primitive};
+use super::context::Context;
+use super::error::{Error, Result};
+use super::mesh_builder::{Capture, Vertex};
+use crate::scene::{ParamScope, ParamType, ParamValue};
+use glam::{Vec2, Vec3, Vec4};
+
+/// The attributes that the next vertex gets.
+#[derive(Clone, Copy)]
+pub(super) struct Current {
+    /// As given; None until the first normal since the context, or the definition of the object, began.
+    pub normal: Option<Vec3>,
+    /// s, t, r, q as given.
+    pub tex_coord: Vec4,
+    pub color: Vec4,
+    /// `normal` under the matrix at begin; 0 for none.
+    placed_normal: Vec3,
+}
+
+impl Default for Current {
+    fn default() -> Self {
+        Self { normal: None, tex_coord: Vec4::W, color: Vec4::ONE, placed_normal: Vec3::ZERO }
+    }
+}
+
+impl Current {
+    pub fn placed_normal(&self) -> Vec3 {
+        self.placed_normal
+    }
+
+    /// The texture coordinate that is stored: s/q, t/q.
+    pub fn stored_tex_coord(&self) -> Vec2 {
+        let t = self.tex_coord;
+        if t.w == 1.0 { Vec2::new(t.x, t.y) } else { Vec2::new(t.x, t.y) / t.w }
+    }
+}
+
+impl Context {
+    /// Opens a primitive.
+    ///
+    /// # Errors
+    /// `InvalidOperation` when one is open.
+    pub fn begin(&mut self, primitive: Primitive) -> Result<()> {
+        self.outside_begin()?;
+        self.open_captures()?;
+        self.place_normal();
+        self.assembler = Some(Assembler::new(primitive));
+        Ok(())
+    }
+
+    /// Closes the primitive; vertices that complete no triangle are dropped.
+    ///
+    /// # Errors
+    /// `InvalidOperation` when none is open.
+    pub fn end(&mut self) -> Result<()> {
+        self.usable()?;
+        if self.assembler.take().is_none() {
+            return Err(Error::invalid_operation("end without begin"));
+        }
+        Ok(())
+    }
+
+    /// A vertex of the open primitive: transformed by the current matrix, divided by its w, with the current attributes.
+    /// Triangles with a coordinate that is not finite keep their number, and no ray hits them.
+    ///
+    /// # Errors
+    /// `InvalidOperation` outside begin and end, `OutOfMemory`.
+    #[inline]
+    pub fn vertex(&mut self, position: Vec4) -> Result<()> {
+        let Some(assembler) = &mut self.assembler else {
+            self.usable()?;
+            return Err(Error::invalid_operation("a vertex outside begin and end"));
+        };
+        let vertex = Vertex {
+            position: self.matrices.rounded().point(position),
+            normal: self.current.placed_normal,
+            tex_coord: self.current.stored_tex_coord(),
+            color: self.current.color,
+        };
+        self.builder.vertex(assembler, &vertex, self.shaders.bound(), &self.captures)
+    }
+
+    /// [`Context::vertex`] with w = 1.
+    ///
+    /// # Errors
+    /// As [`Context::vertex`].
+    #[inline]
+    pub fn vertex3(&mut self, x: f32, y: f32, z: f32) -> Result<()> {
+        self.vertex(Vec4::new(x, y, z, 1.0))
+    }
+
+    /// Sets the normal of the vertices that follow; any length. It is transformed by the inverse transpose of the matrix that is
+    /// current at the vertex.
+    ///
+    /// # Errors
+    /// None but after a defect.
+    #[inline]
+    pub fn normal(&mut self, normal: Vec3) -> Result<()> {
+        self.usable()?;
+        self.current.normal = Some(normal);
+        self.place_normal();
+        Ok(())
+    }
+
+    /// Sets the texture coordinate s, t, r, q of the vertices that follow; s/q and t/q are used.
+    ///
+    /// # Errors
+    /// None but after a defect.
+    #[inline]
+    pub fn tex_coord(&mut self, tex_coord: Vec4) -> Result<()> {
+        self.usable()?;
+        self.current.tex_coord = tex_coord;
+        Ok(())
+    }
+
+    /// Sets the linear RGBA colour of the vertices that follow; it multiplies the colour of their shader.
+    ///
+    /// # Errors
+    /// None but after a defect.
+    #[inline]
+    pub fn color(&mut self, color: Vec4) -> Result<()> {
+        self.usable()?;
+        self.current.color = color;
+        Ok(())
+    }
+
+    /// Brings the transformed normal in line with the current normal and matrix.
+    pub(super) fn place_normal(&mut self) {
+        let placed = self.current.normal.map(|n| self.matrices.rounded().normal(n).normalize_or_zero());
+        self.current.placed_normal = placed.unwrap_or(Vec3::ZERO);
+    }
+
+    /// Looks up which parameters of the bound shader are captured per vertex or triangle, and prepares their streams.
+    pub(super) fn open_captures(&mut self) -> Result<()> {
+        self.captures.clear();
+        let shader = self.shaders.bound();
+        if let Some(state) = self.shaders.get(shader) {
+            for (i, (def, value)) in state.class.params.iter().zip(&state.values).enumerate() {
+                if def.scope != ParamScope::Shader
+                    && let (ParamType::Float(width), &ParamValue::Float(value)) = (def.ty, value)
+                {
+                    self.captures.try_reserve(1)?;
+                    self.captures.push(Capture::new(i as u32, def.scope, u32::from(width), value));
+                }
+            }
+        }
+        self.builder.open(shader, &mut self.captures)
+    }
+}

@@ -1,0 +1,220 @@
+//! The one matrix stack, with OpenGL's conventions: column-major, post-multiplied, degrees.
+//!
+//! Matrices are kept in f64, so that a robot's long chains of rotations and thousands of accumulated `rotate` calls lose nothing
+//! visible; vertices and instances see the product rounded once to f32.
+
+use super::error::{Error, ErrorCode, Result};
+use glam::{Affine3A, DMat4, DVec3, Mat3, Mat4, Vec3, Vec4};
+
+/// Entries that the stack holds, the current matrix included. OpenGL guarantees 32, `OpenRT`'s successors had 1024.
+pub const MAX_DEPTH: usize = 1024;
+
+pub struct MatrixStack {
+    below: Vec<DMat4>,
+    current: DMat4,
+    rounded: Rounded,
+}
+
+/// The current matrix as vertices and normals use it.
+#[derive(Clone, Copy)]
+pub struct Rounded {
+    pub matrix: Mat4,
+    /// Bottom row is 0 0 0 1, so that no division by w is needed.
+    pub affine: bool,
+    /// Inverse transpose of the linear part, up to a positive factor.
+    pub normal_matrix: Mat3,
+}
+
+impl Rounded {
+    fn new(m: &DMat4) -> Self {
+        let matrix = m.as_mat4();
+        let (x, y, z) = (m.x_axis.truncate(), m.y_axis.truncate(), m.z_axis.truncate());
+        // The matrix of cofactors is the inverse transpose times the determinant, and exists for singular matrices too.
+        let (cx, cy, cz) = (y.cross(z), z.cross(x), x.cross(y));
+        let sign = if x.dot(cx) < 0.0 { -1.0 } else { 1.0 };
+        // Scaled to about 1, so that a matrix of scale 1e-20 does not underflow on the way to f32.
+        let largest = cx.abs().max(cy.abs()).max(cz.abs()).max_element();
+        let factor = if largest > 0.0 && largest.is_finite() { sign / largest } else { sign };
+        let column = |c: DVec3| (c * factor).as_vec3();
+        Self {
+            matrix,
+            affine: matrix.row(3) == Vec4::W,
+            normal_matrix: Mat3::from_cols(column(cx), column(cy), column(cz)),
+        }
+    }
+
+    /// A vertex in the space that the matrix leads to; w is divided out.
+    #[inline]
+    pub fn point(&self, p: Vec4) -> Vec3 {
+        if self.affine && p.w == 1.0 {
+            self.matrix.transform_point3(p.truncate())
+        } else {
+            let q = self.matrix * p;
+            q.truncate() / q.w
+        }
+    }
+
+    /// A normal, not normalised.
+    #[inline]
+    pub fn normal(&self, n: Vec3) -> Vec3 {
+        self.normal_matrix * n
+    }
+}
+
+impl Default for MatrixStack {
+    fn default() -> Self {
+        Self { below: Vec::new(), current: DMat4::IDENTITY, rounded: Rounded::new(&DMat4::IDENTITY) }
+    }
+}
+
+impl MatrixStack {
+    pub fn rounded(&self) -> &Rounded {
+        &self.rounded
+    }
+
+    pub fn current(&self) -> &DMat4 {
+        &self.current
+    }
+
+    /// Number of matrices on the stack, at least 1.
+    pub fn depth(&self) -> usize {
+        self.below.len() + 1
+    }
+
+    /// The current matrix as the transform of an instance.
+    pub fn affine(&self) -> Result<Affine3A> {
+        if !self.rounded.affine {
+            return Err(Error::invalid_operation("the matrix of an instance must have the bottom row 0 0 0 1"));
+        }
+        Ok(Affine3A::from_mat4(self.rounded.matrix))
+    }
+
+    pub fn push(&mut self) -> Result<()> {
+        if self.depth() == MAX_DEPTH {
+            return Err(Error::new(ErrorCode::StackOverflow, "the matrix stack is full"));
+        }
+        self.below.try_reserve(1)?;
+        self.below.push(self.current);
+        Ok(())
+    }
+
+    pub fn pop(&mut self) -> Result<()> {
+        let Some(matrix) = self.below.pop() else {
+            return Err(Error::new(ErrorCode::StackUnderflow, "the matrix stack holds only one matrix"));
+        };
+        self.current = matrix;
+        self.rounded = Rounded::new(&matrix);
+        Ok(())
+    }
+
+    /// Replaces the current matrix. NaN, infinite and (in f32) overflowing elements are refused.
+    pub fn load(&mut self, matrix: DMat4) -> Result<()> {
+        if !matrix.is_finite() || !matrix.as_mat4().is_finite() {
+            return Err(Error::invalid_value("the matrix would hold NaN or infinity"));
+        }
+        self.current = matrix;
+        self.rounded = Rounded::new(&matrix);
+        Ok(())
+    }
+
+    /// current ← current · matrix.
+    pub fn multiply(&mut self, matrix: DMat4) -> Result<()> {
+        self.load(self.current * matrix)
+    }
+
+    pub fn rotate(&mut self, degrees: f64, axis: DVec3) -> Result<()> {
+        // Scaled first: the squared length of 1e-200 or 1e200 is not representable.
+        let scaled = axis / axis.abs().max_element();
+        let unit = scaled.normalize();
+        if !unit.is_finite() {
+            return Err(Error::invalid_value("the axis of a rotation must be finite and not 0"));
+        }
+        let (sin, cos) = sin_cos_degrees(degrees);
+        let (x, y, z) = (unit.x, unit.y, unit.z);
+        let versine = 1.0 - cos;
+        self.multiply(DMat4::from_cols_array(&[
+            x * x * versine + cos,
+            y * x * versine + z * sin,
+            z * x * versine - y * sin,
+            0.0,
+            x * y * versine - z * sin,
+            y * y * versine + cos,
+            z * y * versine + x * sin,
+            0.0,
+            x * z * versine + y * sin,
+            y * z * versine - x * sin,
+            z * z * versine + cos,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1.0,
+        ]))
+    }
+}
+
+/// Sine and cosine of an angle in degrees, exact at multiples of 90° so that quarter turns keep boxes axis-aligned.
+fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
+    let reduced = degrees % 360.0;
+    match reduced {
+        0.0 => (0.0, 1.0),
+        90.0 | -270.0 => (1.0, 0.0),
+        180.0 | -180.0 => (0.0, -1.0),
+        270.0 | -90.0 => (-1.0, 0.0),
+        _ => reduced.to_radians().sin_cos(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stack_limits_are_reported_and_change_nothing() {
+        let mut stack = MatrixStack::default();
+        stack.multiply(DMat4::from_translation(DVec3::X)).unwrap();
+        let before = *stack.current();
+        assert_eq!(stack.pop().unwrap_err().code, ErrorCode::StackUnderflow);
+        for _ in 1..MAX_DEPTH {
+            stack.push().unwrap();
+        }
+        assert_eq!(stack.push().unwrap_err().code, ErrorCode::StackOverflow);
+        assert_eq!((stack.depth(), *stack.current()), (MAX_DEPTH, before));
+        for bad in [f64::NAN, f64::INFINITY, 1e39] {
+            assert_eq!(stack.load(DMat4::from_scale(DVec3::splat(bad))).unwrap_err().code, ErrorCode::InvalidValue);
+        }
+        assert_eq!(stack.rotate(30.0, DVec3::ZERO).unwrap_err().code, ErrorCode::InvalidValue);
+        assert_eq!(*stack.current(), before);
+    }
+
+    #[test]
+    fn rotation_is_right_handed_and_axis_length_does_not_matter() {
+        let mut stack = MatrixStack::default();
+        stack.rotate(90.0, DVec3::new(0.0, 0.0, 1e-200)).unwrap();
+        assert_eq!(stack.rounded().point(Vec4::new(1.0, 0.0, 0.0, 1.0)), Vec3::Y);
+        stack.rotate(-450.0, DVec3::Z * 1e200).unwrap();
+        assert_eq!(*stack.current(), DMat4::IDENTITY);
+    }
+
+    #[test]
+    fn normals_stay_perpendicular_under_any_matrix() {
+        let mut stack = MatrixStack::default();
+        stack.rotate(33.0, DVec3::new(1.0, 2.0, 3.0)).unwrap();
+        stack.multiply(DMat4::from_scale(DVec3::new(-1.0, 50.0, 0.01))).unwrap();
+        let r = *stack.rounded();
+        let (n, t) = (Vec3::new(1.0, 2.0, 0.5), Vec3::new(2.0, -1.0, 0.0));
+        let tangent = r.matrix.transform_vector3(t);
+        assert!(r.normal(n).normalize().dot(tangent.normalize()).abs() < 1e-5);
+        // A mirror keeps the outside outside.
+        assert!(r.matrix.transform_vector3(n).dot(r.normal(n)) > 0.0);
+        // A flattening matrix still has a normal: the one across the plane.
+        stack.load(DMat4::from_scale(DVec3::new(1.0, 1.0, 0.0))).unwrap();
+        assert_eq!(stack.rounded().normal(Vec3::Z), Vec3::Z);
+    }
+
+    #[test]
+    fn homogeneous_vertices_are_divided() {
+        let stack = MatrixStack::default();
+        assert_eq!(stack.rounded().point(Vec4::new(2.0, 4.0, 6.0, 2.0)), Vec3::new(1.0, 2.0, 3.0));
+    }
+}

@@ -1,0 +1,245 @@
+//! Objects: names, definition, deletion, moving vertices, parameters.
+
+use super::context::Context;
+use super::error::{Error, Result};
+use super::mesh_builder::{MeshBuilder, try_copy};
+use super::names::FIRST_RESERVED;
+use crate::scene::{Command, Motion, Name, Strategy};
+use glam::Vec3;
+
+/// What [`Context::end_object`] does besides storing the object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Mode {
+    #[default]
+    Compile,
+    /// One instance with the matrix current at `end_object`, in the frame being assembled.
+    CompileAndInstantiate,
+}
+
+/// A settable property of an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ObjectParameter {
+    Strategy(Strategy),
+    Motion(Motion),
+}
+
+/// What an object is, for getters. A name that was generated and not defined has no triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ObjectInfo {
+    pub motion: Motion,
+    pub strategy: Strategy,
+    pub vertex_count: u32,
+    pub triangle_count: u32,
+    /// Some vertex has a normal of its own.
+    pub has_normals: bool,
+    /// Times that the object was defined.
+    pub definitions: u64,
+    /// `Context::frames` + 1 of the frame that it was last instantiated for; 0 when never.
+    pub(super) used_in_frame: u64,
+}
+
+/// The object between new_object and end_object.
+pub(super) struct Definition {
+    pub name: Name,
+    pub mode: Mode,
+    pub motion: Motion,
+    /// What was drawn outside objects so far, put aside.
+    pub outside: MeshBuilder,
+}
+
+impl Context {
+    /// The first of `n` new consecutive names, each an empty object.
+    ///
+    /// # Errors
+    /// `InvalidValue` for `n` < 1, `OutOfMemory` when there are not `n` consecutive names left.
+    pub fn gen_objects(&mut self, n: i32) -> Result<Name> {
+        self.outside_begin()?;
+        let n = positive(n)?;
+        self.object_names.generate(n).ok_or_else(Error::out_of_memory)
+    }
+
+    /// Begins the definition of object `name`, which need not have been generated; what it was before is replaced,
+    /// for all its instances from the next frame on, when the definition ends.
+    ///
+    /// Vertices get the matrix current at `vertex` baked in. The current normal starts unset, so an object that gives no normals
+    /// is shaded flat; current colour, texture coordinate, shader and matrix stay what they are, and
+    /// what the definition sets remains set after it.
+    ///
+    /// # Errors
+    /// `InvalidValue` for name 0 or one of the topmost 256, `InvalidOperation` inside another definition.
+    pub fn new_object(&mut self, name: Name, mode: Mode, motion: Motion) -> Result<()> {
+        self.outside_object()?;
+        if name == 0 || name >= FIRST_RESERVED {
+            return Err(Error::invalid_value("not a name that an object can have"));
+        }
+        let outside = std::mem::take(&mut self.builder);
+        self.definition = Some(Definition { name, mode, motion, outside });
+        self.current.normal = None;
+        Ok(())
+    }
+
+    /// Ends the definition.
+    ///
+    /// # Errors
+    /// `InvalidOperation` without a definition, between begin and end, and with [`Mode::CompileAndInstantiate`] when the
+    /// current matrix is not affine (the definition then stays open).
+    pub fn end_object(&mut self) -> Result<()> {
+        self.outside_begin()?;
+        let Some(definition) = &self.definition else {
+            return Err(Error::invalid_operation("end_object without new_object"));
+        };
+        let (name, motion) = (definition.name, definition.motion);
+        let placement = match definition.mode {
+            Mode::Compile => None,
+            Mode::CompileAndInstantiate => {
+                self.content.reserve_instance()?;
+                Some(self.matrices.affine()?)
+            }
+        };
+        self.builder.finish()?;
+        self.backend.reserve(1)?;
+        self.objects.try_reserve(1)?;
+        // Nothing can fail from here on.
+        let outside = self.definition.take().map(|d| d.outside).unwrap_or_default();
+        let mesh = std::mem::replace(&mut self.builder, outside).into_mesh();
+        self.object_names.claim(name);
+        self.content.undelete(name);
+        let info = self.objects.entry(name).or_default();
+        info.motion = motion;
+        info.vertex_count = mesh.positions.len() as u32;
+        info.triangle_count = mesh.triangles.len() as u32;
+        info.has_normals = !mesh.normals.is_empty();
+        info.definitions += 1;
+        self.backend.send(Command::DefineObject { name, mesh, motion });
+        if let Some(world_from_object) = placement {
+            self.place(name, world_from_object);
+        }
+        Ok(())
+    }
+
+    /// Deletes the objects `first..first + n`; names that are not in use are ignored. Instances already placed in the frame
+    /// being assembled, and frames in flight, still show them. Inside a definition the object being defined is not touched.
+    ///
+    /// # Errors
+    /// `InvalidValue` for negative `n`.
+    pub fn delete_objects(&mut self, first: Name, n: i32) -> Result<()> {
+        self.outside_begin()?;
+        let n = u32::try_from(n).map_err(|_| Error::invalid_value("the number of names must not be negative"))?;
+        let end = first.saturating_add(n).min(FIRST_RESERVED);
+        if first >= end {
+            return Ok(());
+        }
+        // Each defined name is one command, so that those still shown by the frame in the making can wait.
+        let this_frame = self.frames + 1;
+        let mut doomed = Vec::new();
+        if (end - first) as usize <= self.objects.len() {
+            doomed.try_reserve((end - first) as usize)?;
+            doomed.extend((first..end).filter(|name| self.objects.contains_key(name)));
+        } else {
+            doomed.try_reserve(self.objects.len())?;
+            doomed.extend(self.objects.keys().copied().filter(|name| (first..end).contains(name)));
+            doomed.sort_unstable();
+        }
+        self.backend.reserve(doomed.len())?;
+        self.content.reserve_deletions(doomed.len())?;
+        self.object_names.release(first, end);
+        for name in doomed {
+            let shown = self.objects.remove(&name).is_some_and(|info| info.used_in_frame == this_frame);
+            if shown {
+                self.content.delete_after_start(name);
+            } else {
+                self.backend.send(Command::DeleteObjects { first: name, count: 1 });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether `name` is an object: generated or defined, and not deleted.
+    ///
+    /// # Errors
+    /// `InvalidOperation` between begin and end.
+    pub fn is_object(&self, name: Name) -> Result<bool> {
+        self.outside_begin()?;
+        Ok(self.object_names.contains(name))
+    }
+
+    /// Sets a property of an object, from the next frame on.
+    ///
+    /// # Errors
+    /// `InvalidValue` when there is no such object.
+    pub fn object_parameter(&mut self, name: Name, parameter: ObjectParameter) -> Result<()> {
+        self.outside_begin()?;
+        self.known_object(name)?;
+        self.backend.reserve(1)?;
+        self.objects.try_reserve(1)?;
+        let info = self.objects.entry(name).or_default();
+        match parameter {
+            ObjectParameter::Strategy(strategy) => {
+                info.strategy = strategy;
+                self.backend.send(Command::SetStrategy { name, strategy });
+            }
+            ObjectParameter::Motion(motion) => {
+                info.motion = motion;
+                self.backend.send(Command::SetMotion { name, motion });
+            }
+        }
+        Ok(())
+    }
+
+    /// What an object is.
+    ///
+    /// # Errors
+    /// `InvalidValue` when there is no such object.
+    pub fn get_object_parameters(&self, name: Name) -> Result<ObjectInfo> {
+        self.outside_begin()?;
+        self.known_object(name)?;
+        Ok(self.objects.get(&name).copied().unwrap_or_default())
+    }
+
+    /// Moves the vertices `first..first + positions.len()` of an object, counted in the order in which its definition gave them;
+    /// its triangles stay. Positions are in object space: the current matrix has no part in it.
+    ///
+    /// # Errors
+    /// `InvalidValue` when there is no such object or it has fewer vertices.
+    pub fn update_vertices(&mut self, name: Name, first: u32, positions: &[Vec3]) -> Result<()> {
+        self.outside_begin()?;
+        self.vertex_range(name, first, positions.len())?;
+        let positions = try_copy(positions)?;
+        self.backend.reserve(1)?;
+        self.backend.send(Command::UpdatePositions { name, first, positions });
+        Ok(())
+    }
+
+    /// Changes normals as [`Context::update_vertices`] does positions.
+    ///
+    /// # Errors
+    /// Also `InvalidOperation` when the object was defined without normals.
+    pub fn update_normals(&mut self, name: Name, first: u32, normals: &[Vec3]) -> Result<()> {
+        self.outside_begin()?;
+        let info = self.vertex_range(name, first, normals.len())?;
+        if !info.has_normals && !normals.is_empty() {
+            return Err(Error::invalid_operation("the object was defined without normals"));
+        }
+        let normals = try_copy(normals)?;
+        self.backend.reserve(1)?;
+        self.backend.send(Command::UpdateNormals { name, first, normals });
+        Ok(())
+    }
+
+    pub(super) fn known_object(&self, name: Name) -> Result<()> {
+        if self.object_names.contains(name) { Ok(()) } else { Err(Error::invalid_value("there is no such object")) }
+    }
+
+    fn vertex_range(&self, name: Name, first: u32, count: usize) -> Result<ObjectInfo> {
+        self.known_object(name)?;
+        let info = self.objects.get(&name).copied().unwrap_or_default();
+        if count > (info.vertex_count as usize).saturating_sub(first as usize) || first > info.vertex_count {
+            return Err(Error::invalid_value("the object has fewer vertices"));
+        }
+        Ok(info)
+    }
+}
+
+pub(super) fn positive(n: i32) -> Result<u32> {
+    u32::try_from(n).ok().filter(|&n| n > 0).ok_or_else(|| Error::invalid_value("the number of names must be positive"))
+}

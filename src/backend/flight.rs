@@ -1,0 +1,151 @@
+//! One frame in flight: the world travels with it to a worker and comes back when the frame has ended.
+//!
+//! While a frame renders nobody else needs the world, so it is *moved* into the job instead of being locked; the mutex here
+//! protects only the hand-over. User callbacks run before the hand-over and outside the lock, so whoever sees the frame landed
+//! also knows that its callback has returned.
+
+use crate::frame::{FrameStats, Target};
+use crate::render::{RenderError, Renderer};
+use crate::scene::{FrameDesc, Scene};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Called on a worker when a frame has ended, whatever its outcome.
+pub type OnDone = Arc<dyn Fn(&Result<FrameStats, FrameFailure>) + Send + Sync>;
+
+/// Why a frame did not come out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FrameFailure {
+    OutOfMemory(String),
+    /// A defect: the text of a panic, of the engine or of a user's callback.
+    Panicked(String),
+    /// The process has forked since the frame started; its workers exist only in the parent.
+    Forked,
+}
+
+/// What frames are rendered from, and with.
+pub struct World {
+    pub scene: Scene,
+    pub renderer: Renderer,
+    /// The frame whose structures and pixels `renderer` holds.
+    pub last_frame: Option<FrameDesc>,
+}
+
+struct Landed {
+    world: Box<World>,
+    outcome: Result<FrameStats, FrameFailure>,
+}
+
+/// Shared by the job and the one who waits for it.
+pub struct Flight {
+    landed: Mutex<Option<Landed>>,
+    changed: Condvar,
+    done: AtomicBool,
+    cancel: Arc<AtomicBool>,
+    process: u32,
+}
+
+impl Flight {
+    pub fn new(cancel: Arc<AtomicBool>) -> Arc<Self> {
+        Arc::new(Self {
+            landed: Mutex::new(None),
+            changed: Condvar::new(),
+            done: AtomicBool::new(false),
+            cancel,
+            process: std::process::id(),
+        })
+    }
+
+    /// The job: renders, tells the user, hands the world back. Runs inside the pool.
+    pub fn run(&self, mut world: Box<World>, frame: FrameDesc, target: Option<Target>, on_done: Option<OnDone>) {
+        let mut outcome = guarded(|| {
+            let result = world.renderer.render(&world.scene, &frame, target.as_ref(), &self.cancel);
+            result.map_err(FrameFailure::from)
+        });
+        world.last_frame = Some(frame);
+        // The application's memory must not be touched after the callback.
+        drop(target);
+        self.done.store(true, Ordering::Release);
+        if let Some(on_done) = on_done {
+            let told = guarded(|| {
+                on_done(&outcome);
+                Ok(())
+            });
+            if let Err(failure) = told {
+                outcome = Err(failure);
+            }
+        }
+        *self.landed.lock().unwrap_or_else(PoisonError::into_inner) = Some(Landed { world, outcome });
+        self.changed.notify_all();
+    }
+
+    /// Whether the pixels are there.
+    pub fn is_done(&self) -> bool {
+        self.done.load(Ordering::Acquire)
+    }
+
+    /// Waits for the job and takes the world back.
+    ///
+    /// # Errors
+    /// `Forked` in a child of the process that started the frame.
+    pub fn wait(&self) -> Result<(Box<World>, Result<FrameStats, FrameFailure>), FrameFailure> {
+        if self.process != std::process::id() {
+            return Err(FrameFailure::Forked);
+        }
+        let guard = self.landed.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut guard = self.changed.wait_while(guard, |l| l.is_none()).unwrap_or_else(PoisonError::into_inner);
+        let landed = guard.take().expect("a flight is waited for once");
+        Ok((landed.world, landed.outcome))
+    }
+
+    /// Waits until the frame has ended or `timeout` has passed; whether it has ended.
+    pub fn wait_timeout(&self, timeout: Duration) -> bool {
+        let deadline = Instant::now().checked_add(timeout);
+        let mut guard = self.landed.lock().unwrap_or_else(PoisonError::into_inner);
+        while guard.is_none() {
+            let left = deadline.map_or(Duration::from_secs(3600), |d| d.saturating_duration_since(Instant::now()));
+            if left.is_zero() {
+                return false;
+            }
+            guard = self.changed.wait_timeout(guard, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        true
+    }
+}
+
+/// Runs `f`; a panic becomes [`FrameFailure::Panicked`].
+pub fn guarded<T>(f: impl FnOnce() -> Result<T, FrameFailure>) -> Result<T, FrameFailure> {
+    // What a panic leaves behind is never used again: the context is poisoned by this failure.
+    catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|payload| Err(FrameFailure::Panicked(panic_text(&*payload))))
+}
+
+fn panic_text(payload: &(dyn Any + Send)) -> String {
+    if let Some(text) = payload.downcast_ref::<&str>() {
+        (*text).to_owned()
+    } else if let Some(text) = payload.downcast_ref::<String>() {
+        text.clone()
+    } else {
+        "a panic without text".to_owned()
+    }
+}
+
+impl From<RenderError> for FrameFailure {
+    fn from(error: RenderError) -> Self {
+        FrameFailure::OutOfMemory(error.to_string())
+    }
+}
+
+impl std::fmt::Display for FrameFailure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::OutOfMemory(text) => f.write_str(text),
+            Self::Panicked(text) => write!(f, "internal error: {text}"),
+            Self::Forked => f.write_str("the process has forked since the frame was started"),
+        }
+    }
+}
+
+impl std::error::Error for FrameFailure {}

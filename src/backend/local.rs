@@ -1,0 +1,265 @@
+//! The back-end that renders in this process.
+//!
+//! Commands wait in a list and are applied, in order, when the next frame or commit starts; so a frame sees the scene as it was at
+//! its start, and queries between frames see the frame before.
+
+use super::flight::{Flight, FrameFailure, OnDone, World, guarded};
+use crate::frame::{FrameStats, Framebuffer, Target};
+use crate::render::Renderer;
+use crate::scene::{Command, FrameDesc, Scene};
+use crate::simd::Level;
+use crate::threads::{Pool, ThreadError};
+use crate::trace::{Hit, Ray, Tracer};
+use rayon::prelude::*;
+use std::collections::TryReserveError;
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Rays that one job of a batch traces: enough to hide the cost of a job, few enough to share the work.
+const RAYS_PER_JOB: usize = 256;
+
+/// Why no back-end could be set up.
+#[derive(Debug)]
+pub enum BackendError {
+    Threads(ThreadError),
+}
+
+impl fmt::Display for BackendError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Threads(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for BackendError {}
+
+/// Scene, renderer and threads of one context.
+pub struct Local {
+    pool: Pool,
+    level: Level,
+    /// None while a frame is in flight, and for good after a fork in mid-frame.
+    world: Option<Box<World>>,
+    flight: Option<Arc<Flight>>,
+    /// Outcome of a flight that a query has waited for; the application has yet to ask.
+    outcome: Option<Result<FrameStats, FrameFailure>>,
+    /// Not yet applied.
+    pending: Vec<Command>,
+    cancel: Arc<AtomicBool>,
+}
+
+impl Local {
+    /// A back-end with its own threads, see [`Pool::new`], and kernels up to `level`.
+    ///
+    /// # Errors
+    /// The system refuses a thread.
+    pub fn new(threads: Option<usize>, level: Level) -> Result<Self, BackendError> {
+        let pool = Pool::new(threads).map_err(BackendError::Threads)?;
+        let world = World { scene: Scene::default(), renderer: Renderer::new(level), last_frame: None };
+        Ok(Self {
+            pool,
+            level,
+            world: Some(Box::new(world)),
+            flight: None,
+            outcome: None,
+            pending: Vec::new(),
+            cancel: Arc::new(AtomicBool::new(false)),
+        })
+    }
+
+    /// Number of worker threads.
+    pub fn threads(&self) -> usize {
+        self.pool.threads()
+    }
+
+    /// Instruction set of the kernels.
+    pub fn simd_level(&self) -> &'static str {
+        self.level.name()
+    }
+
+    /// Makes room for `n` commands, which [`Local::send`] then takes without fail.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn reserve(&mut self, n: usize) -> Result<(), TryReserveError> {
+        self.pending.try_reserve(n)
+    }
+
+    /// Takes a valid command; it counts from the next frame or commit on.
+    pub fn send(&mut self, command: Command) {
+        self.pending.push(command);
+    }
+
+    /// Runs `f` on a worker, whose floating-point environment is known, and waits.
+    pub fn install<R: Send>(&self, f: impl FnOnce() -> R + Send) -> R {
+        self.pool.install(f)
+    }
+
+    /// Starts rendering `frame`. The pool must not have one in flight.
+    ///
+    /// # Errors
+    /// `Forked` when the world was lost in a fork; threads that cannot be started in a forked child.
+    pub fn start_frame(
+        &mut self,
+        frame: FrameDesc,
+        target: Option<Target>,
+        on_done: Option<OnDone>,
+    ) -> Result<(), FrameFailure> {
+        self.land()?;
+        self.outcome = None;
+        self.apply_pending()?;
+        let world = self.world.take().expect("land() has put the world back");
+        self.cancel.store(false, Ordering::Relaxed);
+        let flight = Flight::new(self.cancel.clone());
+        self.flight = Some(flight.clone());
+        self.pool.spawn(move || flight.run(world, frame, target, on_done));
+        Ok(())
+    }
+
+    /// Waits for the frame that was started and says how it went. None was started: statistics of nothing.
+    ///
+    /// # Errors
+    /// The frame did not come out.
+    pub fn finish_frame(&mut self) -> Result<FrameStats, FrameFailure> {
+        self.land()?;
+        self.outcome.take().unwrap_or(Ok(FrameStats::default()))
+    }
+
+    /// Whether the pixels of the frame that was started are there.
+    pub fn is_frame_done(&self) -> bool {
+        self.flight.as_ref().is_none_or(|f| f.is_done())
+    }
+
+    /// Waits up to `timeout` for the frame; whether it has ended.
+    pub fn wait_frame(&self, timeout: Duration) -> bool {
+        self.flight.as_ref().is_none_or(|f| f.wait_timeout(timeout))
+    }
+
+    /// Raised by whoever wants the frame in flight to stop early; lowered when a frame starts.
+    pub fn cancel_flag(&self) -> &Arc<AtomicBool> {
+        &self.cancel
+    }
+
+    /// Brings all structures up to date with the commands sent and with `frame`, without rendering.
+    ///
+    /// # Errors
+    /// As [`Local::finish_frame`].
+    pub fn commit(&mut self, frame: FrameDesc) -> Result<FrameStats, FrameFailure> {
+        self.land()?;
+        self.apply_pending()?;
+        let world = self.world.as_mut().expect("land() has put the world back");
+        let pool = &self.pool;
+        guarded(|| {
+            let stats = pool.install(|| world.renderer.commit(&world.scene, &frame));
+            world.last_frame = Some(frame);
+            Ok(stats)
+        })
+    }
+
+    /// The closest hit of each ray, in the scene last committed or rendered.
+    ///
+    /// # Errors
+    /// No memory for the answer; or as [`Local::finish_frame`].
+    pub fn intersect(&mut self, rays: &[Ray], coherent: bool) -> Result<Vec<Option<Hit>>, FrameFailure> {
+        self.trace(rays, coherent, None, |tracer, ray| tracer.intersect(ray))
+    }
+
+    /// Whether anything lies on each ray.
+    ///
+    /// # Errors
+    /// As [`Local::intersect`].
+    pub fn occluded(&mut self, rays: &[Ray], coherent: bool) -> Result<Vec<bool>, FrameFailure> {
+        self.trace(rays, coherent, false, |tracer, ray| tracer.occluded(ray))
+    }
+
+    /// What the camera of the last frame sees at window coordinates `x`, `y` (pixel centres at .5, origin at the lower left).
+    ///
+    /// # Errors
+    /// As [`Local::finish_frame`].
+    pub fn pick(&mut self, x: f32, y: f32) -> Result<Option<Hit>, FrameFailure> {
+        let (pool, world) = self.landed_world()?;
+        guarded(|| Ok(pool.install(|| world.renderer.pick(&world.scene, x, y))))
+    }
+
+    /// Size of the framebuffer of the frame last committed or rendered.
+    ///
+    /// # Errors
+    /// As [`Local::finish_frame`].
+    pub fn last_frame_size(&mut self) -> Result<Option<[u32; 2]>, FrameFailure> {
+        Ok(self.landed_world()?.1.last_frame.as_ref().map(|frame| frame.size))
+    }
+
+    /// Pixels of the last frame.
+    ///
+    /// # Errors
+    /// As [`Local::finish_frame`].
+    pub fn framebuffer(&mut self) -> Result<&Framebuffer, FrameFailure> {
+        Ok(self.landed_world()?.1.renderer.framebuffer())
+    }
+
+    fn trace<T: Copy + Send>(
+        &mut self,
+        rays: &[Ray],
+        coherent: bool,
+        empty: T,
+        one: impl Fn(&Tracer<'_>, &Ray) -> T + Sync,
+    ) -> Result<Vec<T>, FrameFailure> {
+        let (pool, world) = self.landed_world()?;
+        let mut out = Vec::new();
+        let bytes = size_of_val(rays);
+        out.try_reserve_exact(rays.len())
+            .map_err(|_| FrameFailure::OutOfMemory(format!("no memory for the answers to {bytes} bytes of rays")))?;
+        out.resize(rays.len(), empty);
+        // Coherent rays are kept together in longer runs, which meet the same nodes.
+        let run = if coherent { 4 * RAYS_PER_JOB } else { RAYS_PER_JOB };
+        guarded(|| {
+            let tracer = world.renderer.tracer();
+            pool.install(|| {
+                out.par_chunks_mut(run).zip(rays.par_chunks(run)).for_each(|(out, rays)| {
+                    for (answer, ray) in out.iter_mut().zip(rays) {
+                        *answer = one(&tracer, ray);
+                    }
+                });
+            });
+            Ok(())
+        })?;
+        Ok(out)
+    }
+
+    fn landed_world(&mut self) -> Result<(&Pool, &World), FrameFailure> {
+        self.land()?;
+        Ok((&self.pool, self.world.as_deref().expect("land() has put the world back")))
+    }
+
+    /// Waits for the frame in flight, if any, and takes the world back.
+    fn land(&mut self) -> Result<(), FrameFailure> {
+        if let Some(flight) = self.flight.take() {
+            let (world, outcome) = flight.wait()?;
+            self.world = Some(world);
+            self.outcome = Some(outcome);
+        }
+        if self.world.is_none() { Err(FrameFailure::Forked) } else { Ok(()) }
+    }
+
+    fn apply_pending(&mut self) -> Result<(), FrameFailure> {
+        let world = self.world.as_mut().expect("the world has landed");
+        let pending = &mut self.pending;
+        guarded(|| {
+            pending.drain(..).for_each(|command| world.scene.apply(command));
+            Ok(())
+        })
+    }
+}
+
+impl Drop for Local {
+    /// Waits for the frame in flight, because it may be writing to the application's memory.
+    fn drop(&mut self) {
+        self.cancel.store(true, Ordering::Relaxed);
+        if let Some(flight) = self.flight.take() {
+            // In a forked child there is nothing to wait for.
+            let _ = flight.wait();
+        }
+    }
+}
