@@ -224,7 +224,8 @@ fn names_over_super(tokens: &[Token], depth: usize) -> BTreeSet<String> {
                 if supers == here {
                     names.extend(names_after(&tokens[i..]));
                 }
-                i = i.saturating_sub(1);
+                // Back to the last token of the chain; `pub(super)` is a chain of none.
+                i -= usize::from(supers > 0);
             }
             _ => {}
         }
@@ -271,6 +272,7 @@ fn the_path_finder_sees_every_way_to_another_room() {
     assert_eq!(uses("mod tests { use super::super::super::{accel}; }", 2), ["accel"]);
     assert_eq!(uses("fn f() { let a = super::Mesh; } use super::super::capi;", 2), ["capi"]);
     assert_eq!(uses("use super::accel;", 1), ["accel"]);
+    assert_eq!(uses("pub(super) fn f() {} use super::accel;", 1), ["accel"]);
     assert_eq!(uses("pub(crate) struct S; use crate::scene::Mesh; use self::api::x;", 2), Vec::<String>::new());
 }
 
