@@ -24,7 +24,7 @@ enum Projection {
     Orthographic([f32; 4]),
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub(super) struct HelperCamera {
     projection: Projection,
     eye: Vec3,
@@ -105,8 +105,7 @@ impl Context {
         if !(eye.is_finite() && center.is_finite() && side.length() > 1e-6) {
             return Err(Error::invalid_value("look_at needs eye and centre apart, and up not along the view"));
         }
-        self.camera = HelperCamera { eye, center, up, ..self.camera };
-        self.select_helper_camera();
+        self.select_helper_camera(HelperCamera { eye, center, up, ..self.camera });
         Ok(())
     }
 
@@ -116,14 +115,13 @@ impl Context {
         if !finite || left == right || bottom == top {
             return Err(Error::invalid_value("the window of the projection is empty or not finite"));
         }
-        self.camera.projection = kind([left, right, bottom, top]);
-        self.select_helper_camera();
+        self.select_helper_camera(HelperCamera { projection: kind([left, right, bottom, top]), ..self.camera });
         Ok(())
     }
 
-    fn select_helper_camera(&mut self) {
-        self.camera.used = true;
-        self.camera.changed = true;
+    fn select_helper_camera(&mut self, camera: HelperCamera) {
+        let changed = !self.camera.used || self.camera != camera;
+        self.camera = HelperCamera { used: true, changed: changed || self.camera.changed, ..camera };
         self.content.camera = None;
     }
 

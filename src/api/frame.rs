@@ -84,6 +84,8 @@ impl Context {
             return Err(Error::invalid_operation("a frame is already rendering"));
         }
         let viewport = self.target.viewport()?;
+        let ready = self.backend.ready();
+        self.trust(ready)?;
         self.reserve_content()?;
         let mut frame = self.send_changes()?;
         frame.viewport = viewport;
@@ -325,6 +327,7 @@ impl Context {
 fn error_of(failure: FrameFailure) -> Error {
     let code = match &failure {
         FrameFailure::OutOfMemory(_) => ErrorCode::OutOfMemory,
+        FrameFailure::Threads(_) => ErrorCode::Io,
         FrameFailure::Panicked(_) | FrameFailure::Forked => ErrorCode::InternalError,
     };
     Error::new(code, failure.to_string())

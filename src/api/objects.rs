@@ -204,6 +204,9 @@ impl Context {
     pub fn update_vertices(&mut self, name: Name, first: u32, positions: &[Vec3]) -> Result<()> {
         self.outside_begin()?;
         self.vertex_range(name, first, positions.len())?;
+        if positions.is_empty() {
+            return Ok(());
+        }
         let positions = try_copy(positions)?;
         self.backend.reserve(1)?;
         self.backend.send(Command::UpdatePositions { name, first, positions });
@@ -217,7 +220,10 @@ impl Context {
     pub fn update_normals(&mut self, name: Name, first: u32, normals: &[Vec3]) -> Result<()> {
         self.outside_begin()?;
         let info = self.vertex_range(name, first, normals.len())?;
-        if !info.has_normals && !normals.is_empty() {
+        if normals.is_empty() {
+            return Ok(());
+        }
+        if !info.has_normals {
             return Err(Error::invalid_operation("the object was defined without normals"));
         }
         let normals = try_copy(normals)?;

@@ -334,6 +334,10 @@ impl Context {
         self.shaders.changed.try_reserve(1)?;
         let bound = self.shaders.bound;
         let state = self.shaders.shaders.get_mut(&bound).expect("resolve() found the bound shader");
+        // Programs that set everything in every frame shall not look as if they changed something.
+        if state.values[param] == value {
+            return Ok(());
+        }
         if !state.any_changed {
             self.shaders.changed.push(bound);
             state.any_changed = true;

@@ -167,7 +167,7 @@ impl Context {
         if image.width > MAX_TEXTURE_SIZE || image.height > MAX_TEXTURE_SIZE {
             return Err(Error::invalid_value(format!("a texture has at most {MAX_TEXTURE_SIZE} texels on a side")));
         }
-        let decoded = self.backend.install(|| decode_level(image, data))?;
+        let decoded = decode_level(image, data)?;
         let mut levels = Vec::new();
         if level > 0 {
             if level as usize > old.levels.len()

@@ -22,6 +22,8 @@ pub enum FrameFailure {
     OutOfMemory(String),
     /// A defect: the text of a panic, of the engine or of a user's callback.
     Panicked(String),
+    /// A forked child could not start threads of its own.
+    Threads(String),
     /// The process has forked since the frame started; its workers exist only in the parent.
     Forked,
 }
@@ -141,7 +143,7 @@ impl From<RenderError> for FrameFailure {
 impl std::fmt::Display for FrameFailure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::OutOfMemory(text) => f.write_str(text),
+            Self::OutOfMemory(text) | Self::Threads(text) => f.write_str(text),
             Self::Panicked(text) => write!(f, "internal error: {text}"),
             Self::Forked => f.write_str("the process has forked since the frame was started"),
         }

@@ -92,15 +92,18 @@ impl Local {
         self.pending.push(command);
     }
 
-    /// Runs `f` on a worker, whose floating-point environment is known, and waits.
-    pub fn install<R: Send>(&self, f: impl FnOnce() -> R + Send) -> R {
-        self.pool.install(f)
-    }
-
-    /// Starts rendering `frame`. The pool must not have one in flight.
+    /// Waits for the frame in flight, and makes sure that another can start.
     ///
     /// # Errors
-    /// `Forked` when the world was lost in a fork; threads that cannot be started in a forked child.
+    /// As [`Local::start_frame`].
+    pub fn ready(&mut self) -> Result<(), FrameFailure> {
+        self.land()
+    }
+
+    /// Starts rendering `frame`, after the one in flight.
+    ///
+    /// # Errors
+    /// `Forked` when the world was lost in a fork, `Threads` when a forked child cannot start its own.
     pub fn start_frame(
         &mut self,
         frame: FrameDesc,
@@ -240,7 +243,10 @@ impl Local {
             self.world = Some(world);
             self.outcome = Some(outcome);
         }
-        if self.world.is_none() { Err(FrameFailure::Forked) } else { Ok(()) }
+        if self.world.is_none() {
+            return Err(FrameFailure::Forked);
+        }
+        self.pool.ensure().map_err(|error| FrameFailure::Threads(error.to_string()))
     }
 
     fn apply_pending(&mut self) -> Result<(), FrameFailure> {

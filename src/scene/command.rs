@@ -8,24 +8,64 @@ use glam::Vec3;
 use std::sync::Arc;
 
 pub enum Command {
-    DefineObject { name: Name, mesh: Mesh, motion: Motion },
-    SetStrategy { name: Name, strategy: Strategy },
-    SetMotion { name: Name, motion: Motion },
+    DefineObject {
+        name: Name,
+        mesh: Mesh,
+        motion: Motion,
+    },
+    SetStrategy {
+        name: Name,
+        strategy: Strategy,
+    },
+    SetMotion {
+        name: Name,
+        motion: Motion,
+    },
     /// New positions for vertices `first..first + positions.len()`; the topology stays.
-    UpdatePositions { name: Name, first: u32, positions: Vec<Vec3> },
-    UpdateNormals { name: Name, first: u32, normals: Vec<Vec3> },
-    DeleteObjects { first: Name, count: u32 },
-    DefineClass { name: Name, class: Arc<ShaderClass> },
-    DefineShader { name: Name, class: Name },
-    SetParameter { shader: Name, param: u32, value: ParamValue },
-    DeleteShader { name: Name },
-    DefineTexture { name: Name, texture: Arc<Texture> },
-    DeleteTexture { name: Name },
+    UpdatePositions {
+        name: Name,
+        first: u32,
+        positions: Vec<Vec3>,
+    },
+    UpdateNormals {
+        name: Name,
+        first: u32,
+        normals: Vec<Vec3>,
+    },
+    DeleteObjects {
+        first: Name,
+        count: u32,
+    },
+    DefineClass {
+        name: Name,
+        class: Arc<ShaderClass>,
+    },
+    DefineShader {
+        name: Name,
+        class: Name,
+    },
+    SetParameter {
+        shader: Name,
+        param: u32,
+        value: ParamValue,
+    },
+    DeleteShader {
+        name: Name,
+    },
+    DefineTexture {
+        name: Name,
+        texture: Arc<Texture>,
+    },
+    DeleteTexture {
+        name: Name,
+    },
 }
 
 impl Scene {
     /// Applies one command. Names that do not exist are ignored: the sender has validated them, and a
     /// deletion may have overtaken a change.
+    ///
+    /// Versions are epochs: an object that is deleted and defined again under the same name never repeats one.
     pub fn apply(&mut self, command: Command) {
         self.epoch += 1;
         match command {
@@ -44,7 +84,7 @@ impl Scene {
             Command::UpdatePositions { name, first, positions } => {
                 if let Some(object) = self.objects.get_mut(&name) {
                     overwrite(&mut object.mesh.positions, first, &positions);
-                    object.vertex_version += 1;
+                    object.vertex_version = self.epoch;
                 }
             }
             Command::UpdateNormals { name, first, normals } => {
