@@ -1,0 +1,370 @@
+/* openrt for C++17: overloads for the families of calls, and objects that clean up after themselves.
+ *
+ * Everything here is inline over <openrt/rt.h>, and both can be mixed. The names are those of C without their rt, in namespace rt.
+ * Errors become exceptions of type rt::Error where a class of this file makes the call, unless OPENRT_NO_EXCEPTIONS is
+ * defined or exceptions are off; rt::check() does the same for calls that you make. Objects of this file must not outlive the context in
+ * which they were made, and belong to it as their names do.
+ *
+ * SPDX-License-Identifier: MIT OR Apache-2.0 */
+#ifndef OPENRT_RT_HPP
+#define OPENRT_RT_HPP
+
+#include <openrt/rt.h>
+
+#include <array>
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#if !defined(OPENRT_NO_EXCEPTIONS) && !defined(__cpp_exceptions)
+#define OPENRT_NO_EXCEPTIONS
+#endif
+
+namespace rt {
+
+/* ---- errors ---- */
+
+/* What rtGetError() returned, with its text. */
+class Error : public std::runtime_error {
+public:
+    explicit Error(RTenum code) : std::runtime_error(rtGetErrorString(code)), code_(code) {}
+    RTenum code() const noexcept { return code_; }
+
+private:
+    RTenum code_;
+};
+
+/* Throws the error that was recorded since the last call of rtGetError(), if any. */
+inline void check()
+{
+#ifndef OPENRT_NO_EXCEPTIONS
+    if (const RTenum code = rtGetError(); code != RT_NO_ERROR)
+        throw Error(code);
+#endif
+}
+
+/* ---- vectors: anything with three or four numbers in a row ---- */
+
+using Vec2 = std::array<RTfloat, 2>;
+using Vec3 = std::array<RTfloat, 3>;
+using Vec4 = std::array<RTfloat, 4>;
+using Matrix = std::array<RTfloat, 16>; /* column by column */
+
+/* ---- primitives ---- */
+
+inline void vertex(RTfloat x, RTfloat y) { rtVertex2f(x, y); }
+inline void vertex(RTfloat x, RTfloat y, RTfloat z) { rtVertex3f(x, y, z); }
+inline void vertex(RTfloat x, RTfloat y, RTfloat z, RTfloat w) { rtVertex4f(x, y, z, w); }
+inline void vertex(RTdouble x, RTdouble y) { rtVertex2d(x, y); }
+inline void vertex(RTdouble x, RTdouble y, RTdouble z) { rtVertex3d(x, y, z); }
+inline void vertex(RTdouble x, RTdouble y, RTdouble z, RTdouble w) { rtVertex4d(x, y, z, w); }
+inline void vertex(RTint x, RTint y) { rtVertex2i(x, y); }
+inline void vertex(RTint x, RTint y, RTint z) { rtVertex3i(x, y, z); }
+inline void vertex(const Vec2 &v) { rtVertex2fv(v.data()); }
+inline void vertex(const Vec3 &v) { rtVertex3fv(v.data()); }
+inline void vertex(const Vec4 &v) { rtVertex4fv(v.data()); }
+
+inline void normal(RTfloat x, RTfloat y, RTfloat z) { rtNormal3f(x, y, z); }
+inline void normal(RTdouble x, RTdouble y, RTdouble z) { rtNormal3d(x, y, z); }
+inline void normal(const Vec3 &v) { rtNormal3fv(v.data()); }
+
+inline void texCoord(RTfloat s, RTfloat t) { rtTexCoord2f(s, t); }
+inline void texCoord(RTdouble s, RTdouble t) { rtTexCoord2d(s, t); }
+inline void texCoord(const Vec2 &v) { rtTexCoord2fv(v.data()); }
+
+inline void color(RTfloat r, RTfloat g, RTfloat b) { rtColor3f(r, g, b); }
+inline void color(RTfloat r, RTfloat g, RTfloat b, RTfloat a) { rtColor4f(r, g, b, a); }
+inline void color(RTdouble r, RTdouble g, RTdouble b) { rtColor3d(r, g, b); }
+inline void color(RTdouble r, RTdouble g, RTdouble b, RTdouble a) { rtColor4d(r, g, b, a); }
+inline void color(const Vec3 &c) { rtColor3fv(c.data()); }
+inline void color(const Vec4 &c) { rtColor4fv(c.data()); }
+
+/* rtBegin(mode), what `body` does, rtEnd(). */
+template <class Body> void primitive(RTenum mode, Body &&body)
+{
+    struct End {
+        ~End() { rtEnd(); }
+    };
+    rtBegin(mode);
+    const End end{};
+    std::forward<Body>(body)();
+}
+
+/* ---- matrices ---- */
+
+inline void translate(RTfloat x, RTfloat y, RTfloat z) { rtTranslatef(x, y, z); }
+inline void translate(RTdouble x, RTdouble y, RTdouble z) { rtTranslated(x, y, z); }
+inline void translate(const Vec3 &v) { rtTranslatef(v[0], v[1], v[2]); }
+inline void rotate(RTfloat angle, RTfloat x, RTfloat y, RTfloat z) { rtRotatef(angle, x, y, z); }
+inline void rotate(RTdouble angle, RTdouble x, RTdouble y, RTdouble z) { rtRotated(angle, x, y, z); }
+inline void rotate(RTfloat angle, const Vec3 &axis) { rtRotatef(angle, axis[0], axis[1], axis[2]); }
+inline void scale(RTfloat x, RTfloat y, RTfloat z) { rtScalef(x, y, z); }
+inline void scale(RTdouble x, RTdouble y, RTdouble z) { rtScaled(x, y, z); }
+inline void scale(RTfloat factor) { rtScalef(factor, factor, factor); }
+inline void loadMatrix(const Matrix &m) { rtLoadMatrixf(m.data()); }
+inline void multMatrix(const Matrix &m) { rtMultMatrixf(m.data()); }
+
+inline Matrix currentMatrix()
+{
+    Matrix m{};
+    rtGetFloatv(RT_MATRIX, m.data());
+    return m;
+}
+
+/* Pushes the matrix, and pops it at the end of the scope. */
+class MatrixScope {
+public:
+    MatrixScope() { rtPushMatrix(); }
+    ~MatrixScope() { rtPopMatrix(); }
+    MatrixScope(const MatrixScope &) = delete;
+    MatrixScope &operator=(const MatrixScope &) = delete;
+};
+
+/* ---- things with names ---- */
+
+/* A context of its own, current on this thread from here on. */
+class Context {
+public:
+    Context() : name_(rtCreateContext())
+    {
+        check();
+        rtMakeCurrent(name_);
+        check();
+    }
+    ~Context()
+    {
+        if (name_)
+            rtDestroyContext(name_);
+    }
+    Context(Context &&other) noexcept : name_(std::exchange(other.name_, 0)) {}
+    Context &operator=(Context &&other) noexcept
+    {
+        std::swap(name_, other.name_);
+        return *this;
+    }
+    RTuint name() const noexcept { return name_; }
+    void makeCurrent() const
+    {
+        rtMakeCurrent(name_);
+        check();
+    }
+    /* Stops the frame that is being rendered. May be called on any thread. */
+    void cancel() const { rtCancelContext(name_); }
+
+private:
+    RTuint name_;
+};
+
+/* An object, deleted at the end of the scope. */
+class Object {
+public:
+    Object() : name_(rtGenObjects(1)) { check(); }
+
+    /* The object that `body` draws. mode is RT_COMPILE, OR-ed with a motion flag. */
+    template <class Body> explicit Object(RTenum mode, Body &&body) : Object() { define(mode, std::forward<Body>(body)); }
+
+    ~Object()
+    {
+        if (name_)
+            rtDeleteObjects(name_, 1);
+    }
+    Object(Object &&other) noexcept : name_(std::exchange(other.name_, 0)) {}
+    Object &operator=(Object &&other) noexcept
+    {
+        std::swap(name_, other.name_);
+        return *this;
+    }
+
+    /* Replaces the geometry by what `body` draws. */
+    template <class Body> void define(RTenum mode, Body &&body)
+    {
+        struct End {
+            ~End() { rtEndObject(); }
+        };
+        rtNewObject(name_, mode);
+        check();
+        {
+            const End end{};
+            std::forward<Body>(body)();
+        }
+        check();
+    }
+
+    /* Places the object with the current matrix in the frame being assembled. */
+    void instantiate() const { rtInstantiateObject(name_); }
+
+    void updateVertices(const std::vector<Vec3> &vertices, RTsizei first = 0) const
+    {
+        rtUpdateVertices(name_, first, static_cast<RTsizei>(vertices.size()), 0, vertices.empty() ? nullptr : vertices[0].data());
+        check();
+    }
+    void updateNormals(const std::vector<Vec3> &normals, RTsizei first = 0) const
+    {
+        rtUpdateNormals(name_, first, static_cast<RTsizei>(normals.size()), 0, normals.empty() ? nullptr : normals[0].data());
+        check();
+    }
+    void setStrategy(RTenum strategy) const
+    {
+        rtObjectParameteri(name_, RT_UPDATE_STRATEGY, static_cast<RTint>(strategy));
+        check();
+    }
+    RTuint name() const noexcept { return name_; }
+
+private:
+    RTuint name_;
+};
+
+/* A texture, deleted at the end of the scope. */
+class Texture {
+public:
+    /* Read from an image file. */
+    explicit Texture(const std::string &file) : name_(rtLoadTexture(file.c_str())) { check(); }
+
+    /* An image in memory: see rtTexImage2D(). */
+    Texture(RTsizei width, RTsizei height, RTenum format, RTenum type, const void *pixels)
+    {
+        rtGenTextures(1, &name_);
+        rtBindTexture(RT_TEXTURE_2D, name_);
+        rtTexImage2D(RT_TEXTURE_2D, 0, RT_RGBA, width, height, 0, format, type, pixels);
+        check();
+    }
+    ~Texture()
+    {
+        if (name_)
+            rtDeleteTextures(1, &name_);
+    }
+    Texture(Texture &&other) noexcept : name_(std::exchange(other.name_, 0)) {}
+    Texture &operator=(Texture &&other) noexcept
+    {
+        std::swap(name_, other.name_);
+        return *this;
+    }
+    void set(RTenum parameter, RTenum value) const
+    {
+        rtBindTexture(RT_TEXTURE_2D, name_);
+        rtTexParameteri(RT_TEXTURE_2D, parameter, static_cast<RTint>(value));
+        check();
+    }
+    RTuint name() const noexcept { return name_; }
+
+private:
+    RTuint name_ = 0;
+};
+
+/* A shader, deleted at the end of the scope. Making one and setting its parameters binds it. */
+class Shader {
+public:
+    /* A shader of a class of the library, or of a shader library. */
+    explicit Shader(const char *className, const char *file = nullptr)
+    {
+        rtGenNewShaderClass(className, file);
+        check();
+        name_ = rtGenNewShader();
+        check();
+    }
+    /* A shader of a class that was made before. */
+    explicit Shader(RTuint shaderClass)
+    {
+        rtBindShaderClass(shaderClass);
+        name_ = rtGenNewShader();
+        check();
+    }
+    ~Shader()
+    {
+        if (name_)
+            rtDeleteShader(name_);
+    }
+    Shader(Shader &&other) noexcept : name_(std::exchange(other.name_, 0)) {}
+    Shader &operator=(Shader &&other) noexcept
+    {
+        std::swap(name_, other.name_);
+        return *this;
+    }
+
+    /* Surface of the triangles that follow. */
+    void bind() const { rtBindShader(name_); }
+
+    Shader &set(const char *parameter, RTint v) { return apply(parameter, [v](RTuint h) { rtParameter1i(h, v); }); }
+    Shader &set(const char *parameter, RTfloat v) { return apply(parameter, [v](RTuint h) { rtParameter1f(h, v); }); }
+    Shader &set(const char *parameter, RTdouble v) { return set(parameter, static_cast<RTfloat>(v)); }
+    Shader &set(const char *parameter, RTfloat x, RTfloat y)
+    {
+        return apply(parameter, [=](RTuint h) { rtParameter2f(h, x, y); });
+    }
+    Shader &set(const char *parameter, RTfloat x, RTfloat y, RTfloat z)
+    {
+        return apply(parameter, [=](RTuint h) { rtParameter3f(h, x, y, z); });
+    }
+    Shader &set(const char *parameter, RTfloat x, RTfloat y, RTfloat z, RTfloat w)
+    {
+        return apply(parameter, [=](RTuint h) { rtParameter4f(h, x, y, z, w); });
+    }
+    Shader &set(const char *parameter, const Vec3 &v) { return set(parameter, v[0], v[1], v[2]); }
+    Shader &set(const char *parameter, const Vec4 &v) { return set(parameter, v[0], v[1], v[2], v[3]); }
+    Shader &set(const char *parameter, const Matrix &m)
+    {
+        return apply(parameter, [&m](RTuint h) { rtParameter16fv(h, m.data()); });
+    }
+    Shader &set(const char *parameter, const char *text)
+    {
+        return apply(parameter, [text](RTuint h) { rtParameterString(h, text); });
+    }
+    Shader &set(const char *parameter, const Texture &texture)
+    {
+        return apply(parameter, [&texture](RTuint h) { rtParameterTexture(h, texture.name()); });
+    }
+    RTuint name() const noexcept { return name_; }
+
+private:
+    template <class Set> Shader &apply(const char *parameter, Set set)
+    {
+        bind();
+        set(rtParameterHandle(parameter));
+        check();
+        return *this;
+    }
+    RTuint name_ = 0;
+};
+
+/* ---- frames ---- */
+
+inline void useLight(const Shader &light) { rtUseLight(light.name()); }
+
+inline void lookAt(const std::array<RTdouble, 3> &eye, const std::array<RTdouble, 3> &center, const std::array<RTdouble, 3> &up)
+{
+    rtLookAt(eye[0], eye[1], eye[2], center[0], center[1], center[2], up[0], up[1], up[2]);
+}
+
+inline void render()
+{
+    rtRender();
+    check();
+}
+
+inline void writeImage(const std::string &file)
+{
+    rtWriteImage(file.c_str());
+    check();
+}
+
+/* What is seen at the window coordinates (x, y); its object is 0 if nothing is. */
+inline RThit pick(RTfloat x, RTfloat y)
+{
+    RThit hit{};
+    rtPick(x, y, &hit);
+    check();
+    return hit;
+}
+
+inline RTframeStats frameStats()
+{
+    RTframeStats stats{};
+    rtGetFrameStats(&stats);
+    return stats;
+}
+
+} /* namespace rt */
+
+#endif

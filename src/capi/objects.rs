@@ -1,0 +1,162 @@
+//! Objects and their instances.
+
+use super::constants::*;
+use super::guard::guard;
+use super::pointer::OutArray;
+use super::types::*;
+use crate::api::{Context, Error, Mode, Motion, ObjectParameter, Result, Strategy};
+
+const MOTION_FLAGS: RTbitfield = RT_STATIC | RT_AFFINE | RT_UNSTRUCTURED;
+
+fn mode_and_motion(mode: RTenum) -> Result<(Mode, Motion)> {
+    let compile = match mode & !MOTION_FLAGS {
+        RT_COMPILE => Mode::Compile,
+        RT_COMPILE_AND_INSTANTIATE => Mode::CompileAndInstantiate,
+        _ => return Err(Error::invalid_enum("not an object mode")),
+    };
+    Ok((compile, motion(mode & MOTION_FLAGS)?))
+}
+
+fn motion(flag: RTbitfield) -> Result<Motion> {
+    Ok(match flag {
+        0 | RT_AFFINE => Motion::Affine,
+        RT_STATIC => Motion::Static,
+        RT_UNSTRUCTURED => Motion::Unstructured,
+        _ => return Err(Error::invalid_enum("not one motion flag")),
+    })
+}
+
+fn strategy(value: RTenum) -> Result<Strategy> {
+    Ok(match value {
+        RT_AUTO => Strategy::Auto,
+        RT_BSP => Strategy::Bsp,
+        RT_SAH => Strategy::Sah,
+        RT_FAST_BUILD => Strategy::FastBuild,
+        RT_REFIT => Strategy::Refit,
+        _ => return Err(Error::invalid_enum("not an update strategy")),
+    })
+}
+
+/// Returns the first of n new names in a row, for rtNewObject(); 0 on failure. Each names an empty object.
+///
+/// Errors: RT_INVALID_VALUE when n is not positive, RT_OUT_OF_MEMORY when there are not n names in a row left,
+/// RT_INVALID_OPERATION between rtBegin() and rtEnd().
+#[unsafe(no_mangle)]
+pub extern "C" fn rtGenObjects(n: RTsizei) -> RTuint {
+    guard(|cx| cx.gen_objects(n))
+}
+
+/// Begins the definition of the object called object. The name need not come from rtGenObjects(). If the object
+/// exists, its geometry is replaced when the definition ends, for all its instances from the next frame on.
+///
+/// mode is RT_COMPILE (or RT_DEFINE), or RT_COMPILE_AND_INSTANTIATE (or RT_DEFINE_AND_INSTANTIATE) to also
+/// place the object once with the matrix that is current at rtEndObject(); OR-ed with at most one of RT_STATIC,
+/// RT_AFFINE (taken if none is given) and RT_UNSTRUCTURED, which say how the object will move. Wrong promises
+/// cost time, not correctness.
+///
+/// The matrix current at each vertex is applied to it. Matrices, bound shaders and other state are neither
+/// saved nor restored by a definition.
+///
+/// Errors: RT_INVALID_ENUM for another mode, RT_INVALID_VALUE for the name 0 or one of the 256 largest names,
+/// RT_INVALID_OPERATION inside a definition or between rtBegin() and rtEnd().
+#[unsafe(no_mangle)]
+pub extern "C" fn rtNewObject(object: RTuint, mode: RTenum) {
+    guard(|cx| {
+        let (mode, motion) = mode_and_motion(mode)?;
+        cx.new_object(object, mode, motion)
+    })
+}
+
+/// Ends the definition of an object.
+///
+/// Errors: RT_INVALID_OPERATION without rtNewObject() or between rtBegin() and rtEnd(), and for
+/// RT_COMPILE_AND_INSTANTIATE when the last row of the current matrix is not 0 0 0 1 (the definition then stays
+/// open); RT_OUT_OF_MEMORY.
+#[unsafe(no_mangle)]
+pub extern "C" fn rtEndObject() {
+    guard(|cx| cx.end_object())
+}
+
+/// Deletes the n objects whose names begin with first. Names that are not in use are passed over. Instances
+/// already placed in the frame being assembled, and frames that are being rendered, still show deleted objects.
+///
+/// Errors: RT_INVALID_VALUE when n is negative, RT_INVALID_OPERATION between rtBegin() and rtEnd().
+#[unsafe(no_mangle)]
+pub extern "C" fn rtDeleteObjects(first: RTuint, n: RTsizei) {
+    guard(|cx| cx.delete_objects(first, n))
+}
+
+/// RT_TRUE when object is the name of an object: generated or defined, and not deleted.
+///
+/// Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd().
+#[unsafe(no_mangle)]
+pub extern "C" fn rtIsObject(object: RTuint) -> RTboolean {
+    guard(|cx| cx.is_object(object).map(RTboolean::from))
+}
+
+fn object_parameter(cx: &mut Context, object: RTuint, pname: RTenum, value: RTenum) -> Result<()> {
+    let parameter = match pname {
+        RT_UPDATE_STRATEGY => ObjectParameter::Strategy(strategy(value)?),
+        RT_MOTION => ObjectParameter::Motion(motion(value)?),
+        _ => return Err(Error::invalid_enum("not a parameter of objects that can be set")),
+    };
+    cx.object_parameter(object, parameter)
+}
+
+/// Sets a parameter of an object, from the next frame on. RT_UPDATE_STRATEGY: RT_AUTO, RT_BSP, RT_SAH,
+/// RT_FAST_BUILD or RT_REFIT. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture.
+///
+/// Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object,
+/// RT_INVALID_OPERATION between rtBegin() and rtEnd().
+#[unsafe(no_mangle)]
+pub extern "C" fn rtObjectParameteri(object: RTuint, pname: RTenum, param: RTint) {
+    guard(|cx| object_parameter(cx, object, pname, param as RTenum))
+}
+
+/// See rtObjectParameteri(); the value is rounded.
+#[unsafe(no_mangle)]
+pub extern "C" fn rtObjectParameterf(object: RTuint, pname: RTenum, param: RTfloat) {
+    // A float that is not a number becomes 0, which is no value of any parameter.
+    guard(|cx| object_parameter(cx, object, pname, param.round() as RTenum))
+}
+
+fn get_object_parameter(cx: &Context, object: RTuint, pname: RTenum) -> Result<RTuint> {
+    let info = cx.get_object_parameters(object)?;
+    Ok(match pname {
+        RT_UPDATE_STRATEGY => match info.strategy {
+            Strategy::Auto => RT_AUTO,
+            Strategy::Bsp => RT_BSP,
+            Strategy::Sah => RT_SAH,
+            Strategy::FastBuild => RT_FAST_BUILD,
+            Strategy::Refit => RT_REFIT,
+        },
+        RT_MOTION => match info.motion {
+            Motion::Static => RT_STATIC,
+            Motion::Affine => RT_AFFINE,
+            Motion::Unstructured => RT_UNSTRUCTURED,
+        },
+        RT_TRIANGLE_COUNT => info.triangle_count,
+        RT_VERTEX_COUNT => info.vertex_count,
+        _ => return Err(Error::invalid_enum("not a parameter of objects")),
+    })
+}
+
+/// Stores a parameter of an object at params: RT_UPDATE_STRATEGY, RT_MOTION, RT_TRIANGLE_COUNT or
+/// RT_VERTEX_COUNT.
+///
+/// Errors: RT_INVALID_ENUM for another parameter, RT_INVALID_VALUE when there is no such object or params is
+/// NULL, RT_INVALID_OPERATION between rtBegin() and rtEnd().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rtGetObjectParameteriv(object: RTuint, pname: RTenum, params: *mut RTint) {
+    // SAFETY: `params` is NULL or a place for one value, says the manual.
+    let params = unsafe { OutArray::new(params) };
+    guard(|cx| params.set(&[get_object_parameter(cx, object, pname)? as RTint]))
+}
+
+/// See rtGetObjectParameteriv().
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rtGetObjectParameterfv(object: RTuint, pname: RTenum, params: *mut RTfloat) {
+    // SAFETY: `params` is NULL or a place for one value, says the manual.
+    let params = unsafe { OutArray::new(params) };
+    guard(|cx| params.set(&[get_object_parameter(cx, object, pname)? as RTfloat]))
+}
