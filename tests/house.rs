@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 /// Rooms and the rooms each may use, in the order in which data flows. A room may always use itself.
 const ROOMS: &[(&str, &[&str])] = &[
     ("capi", &["api"]),
-    ("api", &["backend", "scene", "frame"]),
+    // Of `trace` the plain types Ray and Hit, which callers of the API see.
+    ("api", &["backend", "trace", "scene", "frame"]),
     ("backend", &["render", "trace", "scene", "frame", "simd", "threads"]),
     ("render", &["shade", "trace", "accel", "frame", "scene", "simd", "threads"]),
     ("shade", &["trace", "scene", "simd"]),
