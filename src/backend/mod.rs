@@ -10,5 +10,5 @@ mod local;
 pub use flight::{FrameFailure, OnDone};
 pub use local::{BackendError, Local};
 
-pub use crate::shade::builtin_classes;
+pub use crate::render::builtin_classes;
 pub use crate::simd::Level;

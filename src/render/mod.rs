@@ -9,3 +9,5 @@ mod tile;
 
 pub use error::RenderError;
 pub use renderer::Renderer;
+
+pub use crate::shade::builtin_classes;
