@@ -10,4 +10,5 @@ mod tile;
 pub use error::RenderError;
 pub use renderer::Renderer;
 
+/// What the rooms above may know of the shaders.
 pub use crate::shade::builtin_classes;

@@ -17,12 +17,10 @@ pub struct TileJob<'a> {
 
 impl<'a> TileJob<'a> {
     pub fn new(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>, frame: &'a FrameDesc) -> Self {
-        let Viewport { width, height, .. } = frame.viewport;
         let aspect = aspect(frame.viewport);
         // Samples share a pixel's footprint.
-        let rows = height.max(1) as f32 * (frame.samples.max(1) as f32).sqrt();
+        let rows = frame.viewport.height.max(1) as f32 * (frame.samples.max(1) as f32).sqrt();
         let cone = scene.camera.cone(rows, aspect);
-        debug_assert!(width > 0);
         Self { scene, tracer, frame, aspect, cone }
     }
 
