@@ -314,8 +314,6 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_OUT_OF_MEMORY 0x0505
 /** Error: a file or a plug-in could not be read, written or understood. rtGetErrorString() says why. */
 #define RT_IO_ERROR 0x0510
-/** Error: the frame was cancelled. */
-#define RT_CANCELLED 0x0512
 /** Error: a defect of the library itself. The context answers every call with this error until it is destroyed. */
 #define RT_INTERNAL_ERROR 0x0511
 /** Primitive: every three vertices are a triangle. */

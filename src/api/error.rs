@@ -20,8 +20,6 @@ pub enum ErrorCode {
     StackOverflow,
     StackUnderflow,
     OutOfMemory,
-    /// The frame was cancelled.
-    Cancelled,
     /// A file could not be read or written, or the system refused something.
     Io,
     /// A defect of this library. The context is unusable afterwards.

@@ -28,8 +28,6 @@ pub const RT_STACK_UNDERFLOW: RTenum = 0x0504;
 pub const RT_OUT_OF_MEMORY: RTenum = 0x0505;
 /// Error: a file or a plug-in could not be read, written or understood. rtGetErrorString() says why.
 pub const RT_IO_ERROR: RTenum = 0x0510;
-/// Error: the frame was cancelled.
-pub const RT_CANCELLED: RTenum = 0x0512;
 /// Error: a defect of the library itself. The context answers every call with this error until it is destroyed.
 pub const RT_INTERNAL_ERROR: RTenum = 0x0511;
 

@@ -255,7 +255,6 @@ pub(super) fn error_text(code: RTenum) -> *const c_char {
         RT_STACK_UNDERFLOW => c"stack underflow",
         RT_OUT_OF_MEMORY => c"out of memory",
         RT_IO_ERROR => c"input or output failed",
-        RT_CANCELLED => c"the frame was cancelled",
         RT_INTERNAL_ERROR => c"a defect of openrt",
         _ => c"not an error code",
     };
@@ -271,7 +270,6 @@ fn number_of(code: ErrorCode) -> RTenum {
         ErrorCode::StackOverflow => RT_STACK_OVERFLOW,
         ErrorCode::StackUnderflow => RT_STACK_UNDERFLOW,
         ErrorCode::OutOfMemory => RT_OUT_OF_MEMORY,
-        ErrorCode::Cancelled => RT_CANCELLED,
         ErrorCode::Io => RT_IO_ERROR,
         ErrorCode::InternalError => RT_INTERNAL_ERROR,
     }
