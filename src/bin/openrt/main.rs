@@ -1,16 +1,41 @@
-//! `openrt`: looks at, renders and plays scene files through the public API of the library.
+//! `openrt`: looks at, renders and plays scene files, through the public API of the library only.
+//!
+//! Files become a [`scene::SceneFile`] (`loaders`), which `player` gives to the library; `play` and `info` are the
+//! commands. Exit codes: 0 done, 1 the scene or the rendering failed, 2 the command line is wrong.
 #![forbid(unsafe_code)]
 
+mod args;
+mod info;
 mod loaders;
+mod output;
+mod play;
+mod player;
 mod scene;
 
-fn main() {
-    let path = std::env::args().nth(1).unwrap();
-    match loaders::load(std::path::Path::new(&path), 0.0) {
-        Ok(s) => {
-            println!("{:?} tri {}\nnamed {} nodes {} lights {} objs {} mats {} tex {}\nwarn {:?}\nnotes {:?}", s.counts, s.counts.triangles(), s.named_transforms.len(), s.nodes.len(), s.lights.len(), s.objects.len(), s.materials.len(), s.textures.len(), s.warnings, s.notes);
-            println!("{:?}", s.bounds(0.0));
+use args::{Cli, Command, SceneArgs};
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Info(args) => info::run(&args, &mut std::io::stdout().lock()),
+        Command::Render(args) => play::render(args),
+        Command::Play(args) => play::play(args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(text) => {
+            eprintln!("error: {text}");
+            ExitCode::FAILURE
         }
-        Err(e) => println!("{e}"),
     }
+}
+
+/// Loads a scene and shows what was odd about it.
+fn load(args: &SceneArgs) -> Result<scene::SceneFile, String> {
+    let scene = loaders::load(&args.scene, args.detail).map_err(|e| e.to_string())?;
+    for warning in &scene.warnings {
+        eprintln!("warning: {warning}");
+    }
+    Ok(scene)
 }

@@ -13,14 +13,14 @@
 //! - triangles without normals are flat;
 //! - an unknown statement is skipped to the end of its line, with a warning.
 
+use super::LoadError;
 use super::aff_shapes;
 use super::builder::{Baked, Builder, MaterialTable};
 use super::files::{self, Tree};
 use super::lexer::{Lexer, show};
-use super::LoadError;
 use crate::scene::{
-    Animation, Camera, KeyedTransform, Light, LightKind, Local, Material, Node, PositionKey, PositionSpline, Projection,
-    RotationKey, RotationSpline, SceneFile, Tcb, TextureData, TextureSource, View, VisibilityKey,
+    Animation, Camera, KeyedTransform, Light, LightKind, Local, Material, Node, PositionKey, PositionSpline,
+    Projection, RotationKey, RotationSpline, SceneFile, Tcb, TextureData, TextureSource, View, VisibilityKey,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::collections::HashMap;
@@ -313,10 +313,12 @@ impl Aff {
                 }
                 Some(word) => {
                     let found = show(word);
-                    return Err(lexer.error(format!("`transl`, `rot`, `scale`, `visibility` or `}}` expected, found `{found}`")));
+                    return Err(lexer
+                        .error(format!("`transl`, `rot`, `scale`, `visibility` or `}}` expected, found `{found}`")));
                 }
                 None => {
-                    let text = format!("the file ends inside the key frames of `{name}` that begin on line {first_line}");
+                    let text =
+                        format!("the file ends inside the key frames of `{name}` that begin on line {first_line}");
                     return Err(lexer.error(text));
                 }
             }
@@ -473,7 +475,9 @@ fn view(lexer: &mut Lexer) -> Result<Camera, LoadError> {
                 lexer.word();
                 let degrees = lexer.number("a field of view")?;
                 if !(degrees > 0.0 && degrees < 180.0) {
-                    return Err(lexer.error(format!("the field of view must lie between 0 and 180 degrees, found {degrees}")));
+                    return Err(
+                        lexer.error(format!("the field of view must lie between 0 and 180 degrees, found {degrees}"))
+                    );
                 }
                 angle = Some(degrees);
             }
@@ -492,7 +496,8 @@ fn view(lexer: &mut Lexer) -> Result<Camera, LoadError> {
         }
     }
     let (Some(from), Some(at), Some(up), Some(angle)) = (from, at, up, angle) else {
-        let missing = [("from", from.is_none()), ("at", at.is_none()), ("up", up.is_none()), ("angle", angle.is_none())];
+        let missing =
+            [("from", from.is_none()), ("at", at.is_none()), ("up", up.is_none()), ("angle", angle.is_none())];
         let missing = missing.iter().find(|m| m.1).map_or("", |m| m.0);
         let mut error = lexer.error(format!("the view has no `{missing}`"));
         error.line = Some(line);

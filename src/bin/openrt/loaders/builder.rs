@@ -18,11 +18,7 @@ impl Baked {
     pub fn new(matrix: DAffine3) -> Self {
         let m = matrix.matrix3;
         // Rows of the adjugate: the inverse times the determinant, and defined for singular matrices too.
-        let cofactors = DMat3::from_cols(
-            m.y_axis.cross(m.z_axis),
-            m.z_axis.cross(m.x_axis),
-            m.x_axis.cross(m.y_axis),
-        );
+        let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
         let mirrors = m.determinant() < 0.0;
         Self { matrix, normal: if mirrors { -cofactors } else { cofactors }, mirrors }
     }
@@ -192,8 +188,11 @@ mod tests {
     fn mirrored_parts_keep_their_outside() {
         let mut builder = Builder::default();
         let baked = Baked::new(DAffine3::from_scale(DVec3::new(-1.0, 2.0, 1e-3)));
-        let corners = [Vec3::ZERO, Vec3::X, Vec3::Z]
-            .map(|position| Corner { position, normal: Some(Vec3::NEG_Y), tex_coord: Vec2::ZERO });
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Z].map(|position| Corner {
+            position,
+            normal: Some(Vec3::NEG_Y),
+            tex_coord: Vec2::ZERO,
+        });
         builder.add(0, &baked, &corners, &[[0, 1, 2]], 0);
         let objects = builder.finish(|_| "part".into());
         let mesh = &objects[0].mesh;

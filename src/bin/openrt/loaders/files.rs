@@ -15,8 +15,7 @@ pub const MAX_FILE_BYTES: u64 = 1 << 30;
 const TEXTURE_SIBLINGS: [&str; 3] = ["TextureFiles", "textures", "Textures"];
 
 /// Sub-folders in which a texture is looked for when it does not lie where the scene says.
-const TEXTURE_FOLDERS: [&str; 6] =
-    ["", "../TextureFiles", "TextureFiles", "textures", "Textures", "../textures"];
+const TEXTURE_FOLDERS: [&str; 6] = ["", "../TextureFiles", "TextureFiles", "textures", "Textures", "../textures"];
 
 /// Folders that a scene may read.
 #[derive(Clone, Debug)]

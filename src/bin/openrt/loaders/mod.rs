@@ -8,8 +8,15 @@ mod aff_shapes;
 mod builder;
 mod error;
 mod files;
+mod gltf;
+mod gltf_buffers;
+mod gltf_motion;
 mod lexer;
+mod obj;
+mod ply;
 mod shapes;
+#[cfg(test)]
+mod tests;
 
 pub use error::LoadError;
 
@@ -21,6 +28,9 @@ pub fn load(path: &Path, detail: f64) -> Result<SceneFile, LoadError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     match extension.as_str() {
         "aff" | "nff" => aff::load(path, detail),
+        "obj" => obj::load(path),
+        "ply" => ply::load(path),
+        "gltf" | "glb" => gltf::load(path),
         _ => Err(LoadError::new(path, None, "unknown kind of scene: expected .aff, .nff, .obj, .ply, .gltf or .glb")),
     }
 }

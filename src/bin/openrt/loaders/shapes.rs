@@ -114,9 +114,10 @@ pub fn triangulate(corners: &[Vec3]) -> Vec<[u32; 3]> {
         let ear = (0..m).find(|&i| {
             let (a, b, c) = (ring[(i + m - 1) % m], ring[i], ring[(i + 1) % m]);
             turn(a, b, c) > 0.0
-                && ring.iter().filter(|&&p| p != a && p != b && p != c).all(|&p| {
-                    !(turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0)
-                })
+                && ring
+                    .iter()
+                    .filter(|&&p| p != a && p != b && p != c)
+                    .all(|&p| !(turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0))
         });
         // A polygon that crosses itself may have no ear: cutting any corner keeps the count right.
         let i = ear.unwrap_or(1);
@@ -142,8 +143,7 @@ mod tests {
     fn closed(triangles: &[[u32; 3]]) -> bool {
         let mut edges: Vec<_> = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
         edges.sort_unstable();
-        edges.iter().all(|&(a, b)| edges.binary_search(&(b, a)).is_ok())
-            && edges.windows(2).all(|w| w[0] != w[1])
+        edges.iter().all(|&(a, b)| edges.binary_search(&(b, a)).is_ok()) && edges.windows(2).all(|w| w[0] != w[1])
     }
 
     #[test]
@@ -182,9 +182,8 @@ mod tests {
 
     #[test]
     fn polygons_keep_their_area() {
-        let l: Vec<Vec3> = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
-            .map(|(x, y)| Vec3::new(x as f32, 3.0, y as f32))
-            .to_vec();
+        let l: Vec<Vec3> =
+            [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)].map(|(x, y)| Vec3::new(x as f32, 3.0, y as f32)).to_vec();
         // Every start corner and both directions.
         for turn in 0..l.len() {
             let mut corners = l.clone();

@@ -17,13 +17,13 @@ mod view;
 
 pub use animation::{KeyedTransform, VisibilityKey};
 pub use material::{Material, TextureData, TextureSource};
-pub use mesh::{Deform, KeyedTriangle, Mesh, MorphTarget, Object, Skin, TriangleKey};
+pub use mesh::{Deform, Deformed, KeyedTriangle, Mesh, MorphTarget, Object, Skin, TriangleKey};
 pub use pose::{Local, Node, Pose};
 pub use spline::{PositionKey, PositionSpline, RotationKey, RotationSpline, Tcb};
 pub use track::{Interpolation, Track, TrsChannels};
 pub use view::{Camera, Light, LightKind, Projection, View};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::path::PathBuf;
 
 /// Interval and number of frames of the animation.
@@ -123,6 +123,35 @@ impl SceneFile {
     /// Placement of every node at `time`.
     pub fn pose(&self, time: f64) -> Vec<Pose> {
         pose::pose(&self.nodes, time)
+    }
+
+    /// For each node, whether it or one above it can move.
+    pub fn moving_nodes(&self) -> Vec<bool> {
+        let mut moving: Vec<bool> = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let parent = node.parent.is_some_and(|p| moving.get(p as usize).copied().unwrap_or(false));
+            moving.push(parent || node.moves());
+        }
+        moving
+    }
+
+    /// A camera that shows everything, for files without one: from the front, the right and a little above.
+    pub fn overview(&self) -> Camera {
+        let start = self.animation.map_or(0.0, |a| a.start);
+        let (low, high) = self.bounds(start).unwrap_or((Vec3::NEG_ONE, Vec3::ONE));
+        let center = (low.as_dvec3() + high.as_dvec3()) * 0.5;
+        let radius = ((high.as_dvec3() - low.as_dvec3()).length() * 0.5).max(1e-6);
+        let fov_y = 45.0_f64;
+        let distance = radius / (fov_y.to_radians() * 0.5).sin();
+        let towards = DVec3::new(0.5, 0.4, 1.0).normalize();
+        Camera {
+            name: "overview".into(),
+            rest: View { from: center + towards * distance, forward: -towards, up: DVec3::Y },
+            node: None,
+            keys: None,
+            projection: Projection::Perspective { fov_y },
+            resolution: None,
+        }
     }
 
     /// Smallest box around all objects at `time`, in world space; `None` without a finite vertex.

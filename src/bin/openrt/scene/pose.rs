@@ -8,7 +8,10 @@ use glam::DAffine3;
 pub enum Local {
     Fixed(DAffine3),
     /// AFF: the fixed transforms above the named one, then its key frames (none when the name has no keys).
-    Keyed { before: DAffine3, keys: Option<Box<KeyedTransform>> },
+    Keyed {
+        before: DAffine3,
+        keys: Option<Box<KeyedTransform>>,
+    },
     /// glTF.
     Channels(Box<TrsChannels>),
 }

@@ -124,9 +124,11 @@ impl PositionSpline {
                 let length = k[2].time - k[1].time;
                 let delta = k[2].value - k[1].value;
                 let (before, after) = k[1].tcb.outgoing();
-                let leaving = (before * (k[1].value - k[0].value) + after * delta) * spacing(length, k[2].time - k[0].time);
+                let leaving =
+                    (before * (k[1].value - k[0].value) + after * delta) * spacing(length, k[2].time - k[0].time);
                 let (before, after) = k[2].tcb.incoming();
-                let arriving = (before * delta + after * (k[3].value - k[2].value)) * spacing(length, k[3].time - k[1].time);
+                let arriving =
+                    (before * delta + after * (k[3].value - k[2].value)) * spacing(length, k[3].time - k[1].time);
                 let curve =
                     [k[1].value, leaving, 3.0 * delta - 2.0 * leaving - arriving, -2.0 * delta + leaving + arriving];
                 Segment { start: k[1].time, end: k[2].time, curve }
@@ -172,11 +174,11 @@ impl RotationSpline {
                 let length = k[2].time - k[1].time;
                 let delta = log(q[1].conjugate() * q[2]);
                 let (before, after) = k[1].tcb.outgoing();
-                let leaving = (before * log(q[0].conjugate() * q[1]) + after * delta)
-                    * spacing(length, k[2].time - k[0].time);
+                let leaving =
+                    (before * log(q[0].conjugate() * q[1]) + after * delta) * spacing(length, k[2].time - k[0].time);
                 let (before, after) = k[2].tcb.incoming();
-                let arriving = (before * delta + after * log(q[2].conjugate() * q[3]))
-                    * spacing(length, k[3].time - k[1].time);
+                let arriving =
+                    (before * delta + after * log(q[2].conjugate() * q[3])) * spacing(length, k[3].time - k[1].time);
                 let curve = Squad {
                     p: q[1],
                     a: q[1] * exp(0.5 * (leaving - delta)),
@@ -192,9 +194,7 @@ impl RotationSpline {
 
     pub fn at(&self, time: f64) -> DQuat {
         match locate(&self.segments, time) {
-            Some((s, u)) => {
-                slerp(slerp(s.p, s.q, u), slerp(s.a, s.b, u), 2.0 * u * (1.0 - u)).normalize()
-            }
+            Some((s, u)) => slerp(slerp(s.p, s.q, u), slerp(s.a, s.b, u), 2.0 * u * (1.0 - u)).normalize(),
             None => self.rest,
         }
     }
@@ -321,7 +321,8 @@ mod tests {
 
     #[test]
     fn keys_that_go_back_in_time_are_never_reached() {
-        let keys = [pos(0.0, 0.0), pos(0.0, 0.0), pos(1.0, 1.0), pos(2.0, 2.0), pos(0.5, 50.0), pos(3.0, 3.0), pos(4.0, 4.0)];
+        let keys =
+            [pos(0.0, 0.0), pos(0.0, 0.0), pos(1.0, 1.0), pos(2.0, 2.0), pos(0.5, 50.0), pos(3.0, 3.0), pos(4.0, 4.0)];
         let s = PositionSpline::new(&keys);
         for i in 0..300 {
             assert!(s.at(f64::from(i) * 0.01).x < 3.1);

@@ -55,7 +55,10 @@ impl Track {
         let length = f64::from(self.times[key + 1]) - f64::from(self.times[key]);
         let (leaving, arriving) = (self.value(key, 2, c) * length, self.value(key + 1, 0, c) * length);
         let (u2, u3) = (u * u, u * u * u);
-        (2.0 * u3 - 3.0 * u2 + 1.0) * a + (u3 - 2.0 * u2 + u) * leaving + (3.0 * u2 - 2.0 * u3) * b + (u3 - u2) * arriving
+        (2.0 * u3 - 3.0 * u2 + 1.0) * a
+            + (u3 - 2.0 * u2 + u) * leaving
+            + (3.0 * u2 - 2.0 * u3) * b
+            + (u3 - u2) * arriving
     }
 
     pub fn vec3(&self, time: f64) -> DVec3 {

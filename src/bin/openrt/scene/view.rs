@@ -59,10 +59,15 @@ impl Camera {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
     /// The same brightness at any distance (NFF), or falling with its square (glTF).
-    Point { attenuated: bool },
+    Point {
+        attenuated: bool,
+    },
     Directional,
     /// Half angles of the full and of the outermost cone in degrees; falls with the square of the distance.
-    Spot { inner: f32, outer: f32 },
+    Spot {
+        inner: f32,
+        outer: f32,
+    },
 }
 
 #[derive(Clone, Debug)]

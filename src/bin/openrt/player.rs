@@ -1,0 +1,430 @@
+//! Plays a scene file through the library: objects and shaders once, placements and moving vertices per frame.
+//!
+//! Everything goes through [`openrt::Context`], as any application would do it: materials become shaders of the class
+//! `phong`, every object is compiled once, and each frame instantiates the visible ones with their matrices of that time.
+
+use crate::args::{Options, Renderer, Switch};
+use crate::scene::{
+    Camera, Deform, Deformed, LightKind, Material, Object, Pose, Projection, SceneFile, TextureData, TextureSource,
+    View,
+};
+use glam::{DMat4, DVec3, Vec3, Vec4};
+use image::{ImageReader, Limits};
+use openrt::Context;
+use openrt::api::{
+    Capability, Component, Config, Error, FrameStats, ImageDesc, ImageFormat, Indices, Mode, Motion, Name,
+    ObjectParameter, PixelFormat, PixelKind, Primitive, TextureFormat, TextureParameter, VertexArray, VertexArrays,
+    Wrap,
+};
+use std::collections::HashMap;
+use std::io::Cursor;
+
+/// An object as the library knows it.
+struct Placed {
+    name: Name,
+    /// For deforming objects: the mesh vertex behind each vertex of the library's object.
+    sources: Vec<u32>,
+    has_normals: bool,
+}
+
+pub struct Player {
+    context: Context,
+    scene: SceneFile,
+    /// Parallel to `scene.objects`.
+    objects: Vec<Placed>,
+    /// Shader and class of each of `scene.lights`.
+    lights: Vec<Name>,
+    ambient: Option<Name>,
+    camera: CameraChoice,
+    aspect: f64,
+    /// Oddities met while objects were made.
+    pub warnings: Vec<String>,
+}
+
+/// The scene's camera with what the command line replaces.
+struct CameraChoice {
+    camera: Camera,
+    eye: Option<DVec3>,
+    at: Option<DVec3>,
+    up: Option<DVec3>,
+}
+
+impl Player {
+    /// Gives everything that persists to the library.
+    pub fn new(scene: SceneFile, options: &Options, size: (u32, u32)) -> Result<Self, String> {
+        let config = options.threads.map_or_else(Config::default, |n| Config::with_threads(usize::from(n)));
+        let context = Context::with_config(config).map_err(|e| e.to_string())?;
+        let camera = CameraChoice::new(&scene, options);
+        let aspect = f64::from(size.0) / f64::from(size.1);
+        let mut player = Self {
+            context,
+            scene,
+            objects: Vec::new(),
+            lights: Vec::new(),
+            ambient: None,
+            camera,
+            aspect,
+            warnings: Vec::new(),
+        };
+        player.set_up(options, size).map_err(|e| e.to_string())?;
+        Ok(player)
+    }
+
+    fn set_up(&mut self, options: &Options, (width, height): (u32, u32)) -> Result<(), Error> {
+        let mut shaders = ShaderMaker { classes: HashMap::new() };
+        let srgb = options.srgb.map_or(self.scene.srgb, |s| s == Switch::On);
+        let context = &mut self.context;
+        context.set_frame_size(width, height)?;
+        context.enable(Capability::OriginTopLeft)?;
+        if srgb {
+            context.enable(Capability::FramebufferSrgb)?;
+        }
+        context.samples_per_pixel(i32::from(options.samples))?;
+        context.max_depth(i32::from(options.depth))?;
+        let renderer = shaders.make(context, options.renderer.class())?;
+        if options.renderer == Renderer::Whitted && options.shadows == Switch::Off {
+            let handle = context.parameter_handle("shadows")?;
+            context.parameter_i(handle, &[0])?;
+        }
+        context.use_rendering_object(renderer)?;
+        context.clear_color(self.scene.background.extend(1.0).to_array())?;
+        let textures = self.textures()?;
+        let context = &mut self.context;
+        let mut surfaces = Vec::new();
+        for material in &self.scene.materials {
+            surfaces.push(shaders.surface(context, material, &textures)?);
+        }
+        for light in &self.scene.lights {
+            self.lights.push(shaders.light(context, light.kind, light.color)?);
+        }
+        // Without lights the library puts a lamp at the eye, which an ambient light would switch off.
+        if !self.lights.is_empty() && self.scene.ambient != Vec3::ZERO {
+            let ambient = shaders.make(context, "ambient")?;
+            shaders.floats(context, "color", &self.scene.ambient.to_array())?;
+            self.ambient = Some(ambient);
+        }
+        let moving = self.scene.moving_nodes();
+        for object in &self.scene.objects {
+            let motion = match object.deform {
+                Deform::Rigid if moving[object.node as usize] => Motion::Affine,
+                Deform::Rigid => Motion::Static,
+                _ => Motion::Unstructured,
+            };
+            let placed = define(context, object, motion, &surfaces)?;
+            if let Some(strategy) = options.strategy {
+                context.object_parameter(placed.name, ObjectParameter::Strategy(strategy))?;
+            }
+            self.objects.push(placed);
+        }
+        Ok(())
+    }
+
+    /// Texture names parallel to `scene.textures`; 0, with a warning, for an image that cannot be read.
+    fn textures(&mut self) -> Result<Vec<Name>, Error> {
+        let mut names = Vec::new();
+        for source in &self.scene.textures {
+            names.push(match decode(source) {
+                Ok(image) => texture(&mut self.context, source, &image, self.scene.srgb)?,
+                Err(text) => {
+                    self.warnings.push(format!("texture `{}`: {text}", source.name));
+                    0
+                }
+            });
+        }
+        Ok(names)
+    }
+
+    /// Puts the frame of `time` together; may run while the frame before is rendering.
+    pub fn assemble(&mut self, time: f64) -> Result<(), String> {
+        self.try_assemble(time).map_err(|e| e.to_string())
+    }
+
+    fn try_assemble(&mut self, time: f64) -> Result<(), Error> {
+        let poses = self.scene.pose(time);
+        let context = &mut self.context;
+        for (object, placed) in self.scene.objects.iter().zip(&self.objects) {
+            if !poses.get(object.node as usize).is_none_or(|p| p.visible) {
+                continue;
+            }
+            if let Some(deformed) = object.deformed(time, &poses, &self.scene.nodes) {
+                update(context, placed, &deformed)?;
+            }
+            context.load_matrix(DMat4::from(object.world_from_object(&poses)))?;
+            context.instantiate_object(placed.name)?;
+        }
+        context.load_identity()?;
+        if let Some(ambient) = self.ambient {
+            context.use_light(ambient)?;
+        }
+        for (light, &shader) in self.scene.lights.iter().zip(&self.lights) {
+            let Some((position, direction)) = light.placed(time, &poses) else { continue };
+            context.bind_shader(shader)?;
+            if light.kind != LightKind::Directional {
+                let handle = context.parameter_handle("position")?;
+                context.parameter_f(handle, &position.to_array())?;
+            }
+            if !matches!(light.kind, LightKind::Point { .. }) {
+                let handle = context.parameter_handle("direction")?;
+                context.parameter_f(handle, &direction.to_array())?;
+            }
+            context.use_light(shader)?;
+        }
+        self.camera.apply(context, time, &poses, self.aspect)
+    }
+
+    /// Starts rendering the frame that was assembled.
+    pub fn start(&mut self) -> Result<(), String> {
+        self.context.start_rendering().map_err(|e| e.to_string())
+    }
+
+    /// Waits for the frame that was started.
+    pub fn finish(&mut self) -> Result<FrameStats, String> {
+        self.context.end_rendering().map_err(|e| e.to_string())
+    }
+
+    /// The last finished frame as RGBA bytes, row 0 at the top.
+    pub fn read_bytes(&mut self) -> Result<Vec<u8>, String> {
+        self.read(PixelFormat::Rgba8)
+    }
+
+    /// The last finished frame as linear RGBA.
+    pub fn read_floats(&mut self) -> Result<Vec<f32>, String> {
+        let bytes = self.read(PixelFormat::Rgba32F)?;
+        Ok(bytes.as_chunks::<4>().0.iter().map(|&b| f32::from_ne_bytes(b)).collect())
+    }
+
+    fn read(&mut self, format: PixelFormat) -> Result<Vec<u8>, String> {
+        let [width, height] = self.context.frame_size().map_err(|e| e.to_string())?;
+        let mut bytes = vec![0; width as usize * height as usize * format.bytes_per_pixel()];
+        self.context
+            .read_pixels(0, 0, width, height, PixelKind::Color(format), 0, &mut bytes)
+            .map_err(|e| e.to_string())?;
+        Ok(bytes)
+    }
+}
+
+impl CameraChoice {
+    fn new(scene: &SceneFile, options: &Options) -> Self {
+        let mut camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.overview());
+        if let Some(fov_y) = options.fov {
+            camera.projection = Projection::Perspective { fov_y };
+        }
+        Self { camera, eye: options.eye, at: options.at, up: options.up }
+    }
+
+    fn view(&self, time: f64, poses: &[Pose]) -> View {
+        let mut view = self.camera.view(time, poses);
+        view.from = self.eye.unwrap_or(view.from);
+        view.up = self.up.unwrap_or(view.up);
+        if let Some(at) = self.at {
+            view.forward = at - view.from;
+        }
+        view
+    }
+
+    fn apply(&self, context: &mut Context, time: f64, poses: &[Pose], aspect: f64) -> Result<(), Error> {
+        let view = self.view(time, poses);
+        match self.camera.projection {
+            // Nothing is clipped: the planes only have to be valid.
+            Projection::Perspective { fov_y } => context.perspective(fov_y, aspect, 0.1, 1e3)?,
+            Projection::Orthographic { half_height: h } => {
+                context.ortho(-h * aspect, h * aspect, -h, h, 0.1, 1e3)?;
+            }
+        }
+        context.look_at(view.from, view.from + view.forward.normalize_or(DVec3::NEG_Z), view.up)
+    }
+}
+
+/// Makes shaders, with one class of each kind.
+struct ShaderMaker {
+    classes: HashMap<&'static str, Name>,
+}
+
+impl ShaderMaker {
+    /// A new shader of a built-in class; it is bound afterwards.
+    fn make(&mut self, context: &mut Context, class: &'static str) -> Result<Name, Error> {
+        match self.classes.get(class) {
+            Some(&name) => context.bind_shader_class(name)?,
+            None => {
+                let name = context.gen_new_shader_class(class)?;
+                self.classes.insert(class, name);
+            }
+        }
+        context.gen_new_shader()
+    }
+
+    fn floats(&self, context: &mut Context, parameter: &str, values: &[f32]) -> Result<(), Error> {
+        let handle = context.parameter_handle(parameter)?;
+        context.parameter_f(handle, values)
+    }
+
+    fn surface(&mut self, context: &mut Context, m: &Material, textures: &[Name]) -> Result<Name, Error> {
+        let shader = self.make(context, "phong")?;
+        let colors = [
+            ("emission", m.emission),
+            ("ambient", m.ambient),
+            ("diffuse", m.diffuse),
+            ("specular", m.specular),
+            ("reflection", m.reflection),
+            ("transmission", Vec3::splat(m.transmission)),
+        ];
+        for (parameter, color) in colors {
+            self.floats(context, parameter, &color.to_array())?;
+        }
+        self.floats(context, "shininess", &[m.shininess])?;
+        self.floats(context, "ior", &[m.ior])?;
+        if let Some(cutoff) = m.alpha_cutoff {
+            self.floats(context, "alpha_threshold", &[cutoff])?;
+        }
+        if let Some(&texture) = m.texture.and_then(|t| textures.get(t as usize)) {
+            let handle = context.parameter_handle("texture")?;
+            context.parameter_texture(handle, texture)?;
+        }
+        Ok(shader)
+    }
+
+    fn light(&mut self, context: &mut Context, kind: LightKind, color: Vec3) -> Result<Name, Error> {
+        let class = match kind {
+            LightKind::Point { .. } => "point",
+            LightKind::Directional => "directional",
+            LightKind::Spot { .. } => "spot",
+        };
+        let shader = self.make(context, class)?;
+        self.floats(context, "color", &color.to_array())?;
+        if matches!(kind, LightKind::Point { attenuated: true } | LightKind::Spot { .. }) {
+            self.floats(context, "attenuation", &[0.0, 0.0, 1.0])?;
+        }
+        if let LightKind::Spot { inner, outer } = kind {
+            self.floats(context, "cutoff", &[outer])?;
+            self.floats(context, "penumbra", &[(outer - inner).max(0.0)])?;
+        }
+        Ok(shader)
+    }
+}
+
+/// Largest image that is decoded, in bytes of memory.
+const MAX_IMAGE_BYTES: u64 = 1 << 30;
+
+fn decode(source: &TextureSource) -> Result<image::RgbaImage, String> {
+    let read;
+    let bytes = match &source.data {
+        TextureData::Bytes(bytes) => bytes,
+        TextureData::File(path) => {
+            read = std::fs::read(path).map_err(|e| e.to_string())?;
+            &read
+        }
+    };
+    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(openrt::api::MAX_TEXTURE_SIZE);
+    limits.max_image_height = Some(openrt::api::MAX_TEXTURE_SIZE);
+    limits.max_alloc = Some(MAX_IMAGE_BYTES);
+    reader.limits(limits);
+    let mut image = reader.decode().map_err(|e| e.to_string())?.to_rgba8();
+    if !source.first_row_at_zero {
+        image::imageops::flip_vertical_in_place(&mut image);
+    }
+    Ok(image)
+}
+
+fn texture(context: &mut Context, source: &TextureSource, image: &image::RgbaImage, srgb: bool) -> Result<Name, Error> {
+    let name = context.gen_textures(1)?;
+    context.bind_texture(name)?;
+    if srgb {
+        context.tex_parameter(TextureParameter::Format(TextureFormat::Srgb))?;
+    }
+    let wrap = |clamp| if clamp { Wrap::ClampToEdge } else { Wrap::Repeat };
+    context.tex_parameter(TextureParameter::WrapS(wrap(source.clamp_s)))?;
+    context.tex_parameter(TextureParameter::WrapT(wrap(source.clamp_t)))?;
+    let description = ImageDesc {
+        width: image.width(),
+        height: image.height(),
+        format: ImageFormat::Rgba,
+        component: Component::UnsignedByte,
+        row_stride: 0,
+    };
+    context.tex_image_2d(0, &description, Some(image.as_raw()))?;
+    Ok(name)
+}
+
+/// One vertex attribute as the bytes of an array.
+fn bytes_of<const N: usize>(values: impl Iterator<Item = [f32; N]>) -> Vec<u8> {
+    values.flatten().flat_map(f32::to_ne_bytes).collect()
+}
+
+/// Compiles an object: one indexed draw for each of its materials.
+fn define(context: &mut Context, object: &Object, motion: Motion, surfaces: &[Name]) -> Result<Placed, Error> {
+    let mesh = &object.mesh;
+    let mut groups: Vec<(u32, Vec<[u32; 3]>)> = Vec::new();
+    let mut group_of: HashMap<u32, usize> = HashMap::new();
+    for (triangle, &material) in mesh.triangles.iter().zip(&mesh.materials) {
+        let group = *group_of.entry(material).or_insert_with(|| {
+            groups.push((material, Vec::new()));
+            groups.len() - 1
+        });
+        groups[group].1.push(*triangle);
+    }
+    let name = context.gen_objects(1)?;
+    context.load_identity()?;
+    context.new_object(name, Mode::Compile, motion)?;
+    let mut sources: Vec<u32> = Vec::new();
+    // Number of each vertex in the group that used it last, and that group.
+    let mut seen = vec![(u32::MAX, 0_u32); mesh.positions.len()];
+    for (group, (material, triangles)) in groups.iter().enumerate() {
+        context.bind_shader(surfaces.get(*material as usize).copied().unwrap_or(0))?;
+        // The group's own vertices, numbered in the order of first use.
+        let first = sources.len();
+        let mut indices: Vec<u8> = Vec::new();
+        for &vertex in triangles.as_flattened() {
+            let (user, slot) = &mut seen[vertex as usize];
+            if *user != group as u32 {
+                (*user, *slot) = (group as u32, (sources.len() - first) as u32);
+                sources.push(vertex);
+            }
+            indices.extend(slot.to_ne_bytes());
+        }
+        draw(context, object, &sources[first..], &indices)?;
+    }
+    context.bind_shader(0)?;
+    context.end_object()?;
+    let sources = if matches!(object.deform, Deform::Rigid) { Vec::new() } else { sources };
+    Ok(Placed { name, sources, has_normals: !mesh.normals.is_empty() })
+}
+
+fn draw(context: &mut Context, object: &Object, vertices: &[u32], indices: &[u8]) -> Result<(), Error> {
+    let mesh = &object.mesh;
+    let each = || vertices.iter().map(|&v| v as usize);
+    let positions = bytes_of(each().map(|v| mesh.positions[v].to_array()));
+    let normals =
+        if mesh.normals.is_empty() { Vec::new() } else { bytes_of(each().map(|v| mesh.normals[v].to_array())) };
+    let tex_coords =
+        if mesh.tex_coords.is_empty() { Vec::new() } else { bytes_of(each().map(|v| mesh.tex_coords[v].to_array())) };
+    let colors = if mesh.colors.is_empty() { Vec::new() } else { bytes_of(each().map(|v| mesh.colors[v].to_array())) };
+    fn array(bytes: &[u8], size: u32) -> VertexArray<'_> {
+        VertexArray { size, component: Component::Float, stride: 0, bytes }
+    }
+    fn optional(bytes: &[u8], size: u32) -> Option<VertexArray<'_>> {
+        (!bytes.is_empty()).then(|| array(bytes, size))
+    }
+    let arrays = VertexArrays {
+        positions: array(&positions, 3),
+        normals: optional(&normals, 3),
+        colors: optional(&colors, 4),
+        tex_coords: optional(&tex_coords, 2),
+    };
+    if mesh.colors.is_empty() {
+        context.color(Vec4::ONE)?;
+    }
+    let indices = Indices::new(Component::UnsignedInt, indices)?;
+    context.draw_elements(Primitive::Triangles, &arrays, indices)
+}
+
+/// Moves the vertices of a deforming object.
+fn update(context: &mut Context, placed: &Placed, deformed: &Deformed) -> Result<(), Error> {
+    let pick = |values: &[Vec3]| -> Vec<Vec3> { placed.sources.iter().map(|&v| values[v as usize]).collect() };
+    context.update_vertices(placed.name, 0, &pick(&deformed.positions))?;
+    if placed.has_normals && !deformed.normals.is_empty() {
+        context.update_normals(placed.name, 0, &pick(&deformed.normals))?;
+    }
+    Ok(())
+}
