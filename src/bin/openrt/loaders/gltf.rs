@@ -22,7 +22,7 @@ use std::path::Path;
 pub fn load(path: &Path) -> Result<SceneFile, LoadError> {
     let bytes = files::read(path, files::MAX_FILE_BYTES)?;
     let tree = Tree::of(path)?;
-    let mut gltf = gltf::Gltf::from_slice(&bytes).map_err(|e| json_error(path, &bytes, &e))?;
+    let mut gltf = parse(path, &bytes)?;
     let buffers = Buffers::load(path, &tree, &mut gltf)?;
     let mut scene = SceneFile::new("glTF", path.to_path_buf());
     scene.counts.files = 1;
@@ -52,6 +52,20 @@ pub fn load(path: &Path) -> Result<SceneFile, LoadError> {
     let file = path.file_stem().map_or("mesh".into(), |s| s.to_string_lossy().into_owned());
     scene.objects.extend(builder.finish(|_| file.clone()));
     Ok(scene)
+}
+
+/// Parses and validates. The crate's validation looks up the position accessor of every primitive before it has checked that
+/// there is one, and panics; so that is checked first.
+fn parse(path: &Path, bytes: &[u8]) -> Result<gltf::Gltf, LoadError> {
+    let unchecked = gltf::Gltf::from_slice_without_validation(bytes).map_err(|e| json_error(path, bytes, &e))?;
+    let json = unchecked.document.as_json();
+    for accessor in json.meshes.iter().flat_map(|m| &m.primitives).flat_map(|p| p.attributes.values()) {
+        if accessor.value() >= json.accessors.len() {
+            let text = format!("a mesh names accessor {}, which does not exist", accessor.value());
+            return Err(LoadError::new(path, None, text));
+        }
+    }
+    gltf::Gltf::from_slice(bytes).map_err(|e| json_error(path, bytes, &e))
 }
 
 fn json_error(path: &Path, bytes: &[u8], error: &gltf::Error) -> LoadError {

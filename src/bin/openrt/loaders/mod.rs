@@ -25,6 +25,12 @@ use std::path::Path;
 
 /// Loads a scene; the format is told by the file name's extension.
 pub fn load(path: &Path, detail: f64) -> Result<SceneFile, LoadError> {
+    // The last line of defence against a file that a crate cannot take: still a message and an exit code.
+    std::panic::catch_unwind(|| read(path, detail))
+        .unwrap_or_else(|_| Err(LoadError::new(path, None, "the reader of this format gave up on the file")))
+}
+
+fn read(path: &Path, detail: f64) -> Result<SceneFile, LoadError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     match extension.as_str() {
         "aff" | "nff" => aff::load(path, detail),

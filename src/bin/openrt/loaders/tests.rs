@@ -1,6 +1,6 @@
 //! Grammar, faults and hostile files, for all formats.
 
-use super::{LoadError, load};
+use super::{LoadError, load, read};
 use crate::scene::{Deform, Local, Projection, SceneFile};
 use glam::{DVec3, Vec3};
 use std::fs;
@@ -88,7 +88,7 @@ fn transforms_and_keys_move_things() {
     // The light without a colour has its share of two.
     assert!((scene.lights[0].color.x - 0.5_f32.sqrt()).abs() < 1e-6);
     let camera = scene.cameras[0].view(2.0, &scene.pose(2.0));
-    assert_eq!(camera.from, DVec3::new(1.0, 2.0, 9.0));
+    assert!((camera.from - DVec3::new(1.0, 2.0, 9.0)).length() < 1e-12);
     assert_eq!(camera.forward, DVec3::new(0.0, -1.0, -9.0), "not keyed, so as the view says");
     let keyed = scene.objects.iter().find(|o| matches!(o.deform, Deform::Triangles(_))).unwrap();
     let deformed = keyed.deformed(0.5, &scene.pose(0.5), &scene.nodes).unwrap();
@@ -149,7 +149,7 @@ fn faults_are_told_with_file_and_line() {
         ("x {", 1, "a brace where the name of a transform is expected"),
         ("k a { transl 3", 1, "`a` has 3 keys, a spline needs at least 4"),
         ("k a {\n turn 4 }", 2, "found `turn`"),
-        ("k a {\n", 1, "the file ends inside the key frames of `a`"),
+        ("k a {\n", 2, "the file ends inside the key frames of `a`"),
         ("k a { rot 4 0 0 0 0 90 0 0 0", 1, "an axis without length"),
         ("k a { visibility 2 1 1 0 1 }", 1, "must not go back in time"),
         ("v\nfrom 0 0 0\nat 0 0 1\nup 0 1 0\n", 1, "the view has no `angle`"),
@@ -317,7 +317,7 @@ fn faults_of_gltf_files() {
     check("\"asset\"", "asset", "bad.gltf:2: ");
     check("data:application/octet-stream;base64,", "data:application/octet-stream;base64,!", "damaged");
     check("data:application/octet-stream;base64,", "../../etc/", "outside");
-    check("\"POSITION\": 0", "\"POSITION\": 999", "bad.gltf");
+    check("\"POSITION\": 0", "\"POSITION\": 999", "a mesh names accessor 999, which does not exist");
 }
 
 /// xorshift64*
@@ -398,7 +398,8 @@ fn mutated_files_do_no_harm() {
             let bytes = mutate(&original, &mut random);
             let path = folder.write(&format!("scene.{extension}"), &bytes);
             let begin = std::time::Instant::now();
-            match load(&path, 1.0) {
+            // Not through `load`, which would hide a panic of a crate.
+            match read(&path, 1.0) {
                 Ok(scene) => {
                     good += 1;
                     // What loads can be posed, too.
