@@ -1,0 +1,257 @@
+//! The `openrt` program from end to end: pictures in every format, statistics, exit codes.
+
+use image::{AnimationDecoder, GenericImageView};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new() -> Self {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let name = format!("openrt-cli-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+        let path = std::env::temp_dir().join(name);
+        std::fs::create_dir_all(&path).expect("the temporary folder is writable");
+        Self(path)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).to_str().expect("a plain path").to_string()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn data(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name).to_str().expect("a plain path").to_string()
+}
+
+fn openrt(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_openrt"))
+        .args(args)
+        .env("OPENRT_NUM_THREADS", "2")
+        .output()
+        .expect("the program starts")
+}
+
+/// Standard output of a run that must succeed without a word on standard error.
+fn ok(args: &[&str]) -> String {
+    let output = openrt(args);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{args:?}: {errors}");
+    assert_eq!(errors, "", "{args:?}");
+    String::from_utf8(output.stdout).expect("output is UTF-8")
+}
+
+/// Standard error of a run that must end with `code`.
+fn fails(args: &[&str], code: i32) -> String {
+    let output = openrt(args);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {text}");
+    assert!(!text.contains("panicked"), "{text}");
+    text
+}
+
+fn open(path: &str) -> image::RgbaImage {
+    image::open(path).unwrap_or_else(|e| panic!("{path}: {e}")).to_rgba8()
+}
+
+fn differing(a: &image::RgbaImage, b: &image::RgbaImage) -> usize {
+    assert_eq!(a.dimensions(), b.dimensions());
+    a.pixels().zip(b.pixels()).filter(|(a, b)| a != b).count()
+}
+
+#[test]
+fn renders_every_format_of_scene_and_picture() {
+    let folder = Folder::new();
+    for scene in ["every.aff", "box.obj", "quad.ply", "moving.gltf"] {
+        for kind in ["png", "jpg", "exr"] {
+            let out = folder.path(&format!("{scene}.{kind}"));
+            let text = ok(&["render", &data(scene), "--size", "48x36", "--out", &out]);
+            assert!(text.contains("Mrays/s") && text.contains("update") && text.contains("render"), "{text}");
+            let picture = image::open(&out).unwrap_or_else(|e| panic!("{out}: {e}"));
+            assert_eq!(picture.dimensions(), (48, 36));
+            let rgba = picture.to_rgba8();
+            let first = rgba.get_pixel(0, 0);
+            assert!(rgba.pixels().any(|p| p != first), "{out} shows nothing");
+        }
+    }
+}
+
+#[test]
+fn the_scene_gives_the_size_and_the_name() {
+    let folder = Folder::new();
+    let output = Command::new(env!("CARGO_BIN_EXE_openrt"))
+        .args(["render", &data("every.aff"), "--quiet"])
+        .current_dir(&folder.0)
+        .output()
+        .expect("the program starts");
+    assert!(output.status.success() && output.stdout.is_empty());
+    assert_eq!(open(&folder.path("every.png")).dimensions(), (64, 48));
+}
+
+#[test]
+fn pictures_are_the_right_way_up() {
+    let folder = Folder::new();
+    let scene = folder.path("up.aff");
+    // Something glowing red (ambient) in the upper half, green on the right.
+    let text = "v from 0 0 5 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 32 32\n l 0 0 9\n\
+        fm 1 0 0 0 0 0 0 0 0 1 0 0\n p 4 -0.2 0.8 0  0.2 0.8 0  0.2 1.2 0  -0.2 1.2 0\n\
+        fm 0 1 0 0 0 0 0 0 0 1 0 0\n p 4 0.8 -0.2 0  1.2 -0.2 0  1.2 0.2 0  0.8 0.2 0\n";
+    std::fs::write(&scene, text).unwrap();
+    let out = folder.path("up.png");
+    ok(&["render", &scene, "--out", &out, "--quiet"]);
+    let picture = open(&out);
+    assert_eq!(picture.get_pixel(16, 7).0, [255, 0, 0, 255], "top");
+    assert_eq!(picture.get_pixel(24, 16).0, [0, 255, 0, 255], "right");
+    assert_eq!(picture.get_pixel(16, 24).0[..3], [0, 0, 0], "bottom");
+}
+
+/// The first texel of an AFF texture is at (0, 0): red below left, as the file of four texels says.
+#[test]
+fn textures_are_the_right_way_up() {
+    let folder = Folder::new();
+    std::fs::copy(data("checks.ppm"), folder.path("checks.ppm")).unwrap();
+    let scene = folder.path("t.aff");
+    let text = "v from 0.5 0.5 3 at 0.5 0.5 0 up 0 1 0 angle 20 hither 1 resolution 32 32\n l 0 0 9\n\
+        fm 1 1 1 0 0 0 0 0 0 1 0 0\n tt checks.ppm 0 0 0 0 0  1 0 0 1 0  1 1 0 1 1\n tt checks.ppm 0 0 0 0 0  1 1 0 1 1  0 1 0 0 1\n";
+    std::fs::write(&scene, text).unwrap();
+    let out = folder.path("t.png");
+    ok(&["render", &scene, "--out", &out, "--quiet"]);
+    let picture = open(&out);
+    let strongest = |x: u32, y: u32| {
+        let p = picture.get_pixel(x, y).0;
+        (p[0] > 128, p[1] > 128, p[2] > 128)
+    };
+    assert_eq!(strongest(8, 24), (true, false, false), "red below left");
+    assert_eq!(strongest(24, 24), (false, true, false), "green below right");
+    assert_eq!(strongest(8, 8), (false, false, true), "blue above left");
+    assert_eq!(strongest(24, 8), (true, true, true), "white above right");
+}
+
+#[test]
+fn things_move_between_frames() {
+    let folder = Folder::new();
+    let pattern = folder.path("run/f%03d.png");
+    let text = ok(&["play", &data("every.aff"), "--frames", "0..21:10", "--size", "64x48", "--out", &pattern]);
+    assert_eq!(text.lines().filter(|l| l.starts_with("frame ")).count(), 3, "{text}");
+    assert!(text.contains("3 frames in"), "{text}");
+    let frames: Vec<_> = ["000", "010", "020"].map(|n| open(&folder.path(&format!("run/f{n}.png")))).into();
+    assert!(differing(&frames[0], &frames[1]) > 50 && differing(&frames[1], &frames[2]) > 50);
+    // A frame of `play` is the picture of `render` at that frame, and at its time.
+    let single = folder.path("single.png");
+    ok(&["render", &data("every.aff"), "--frame", "10", "--size", "64x48", "--out", &single, "--quiet"]);
+    assert_eq!(differing(&frames[1], &open(&single)), 0);
+    ok(&["render", &data("every.aff"), "--time", "1", "--size", "64x48", "--out", &single, "--quiet"]);
+    assert_eq!(differing(&frames[1], &open(&single)), 0);
+}
+
+#[test]
+fn animations_hold_all_frames() {
+    let folder = Folder::new();
+    let (gif, apng) = (folder.path("a.gif"), folder.path("a.apng"));
+    for out in [&gif, &apng] {
+        ok(&["play", &data("moving.gltf"), "--frames", "0..25:6", "--size", "32x24", "--out", out, "--quiet"]);
+    }
+    let file = std::io::BufReader::new(std::fs::File::open(&gif).unwrap());
+    let frames = image::codecs::gif::GifDecoder::new(file).unwrap().into_frames().collect_frames().unwrap();
+    assert_eq!(frames.len(), 5);
+    assert!(differing(frames[0].buffer(), frames[4].buffer()) > 20);
+    let file = std::io::BufReader::new(std::fs::File::open(&apng).unwrap());
+    let decoder = image::codecs::png::PngDecoder::new(file).unwrap().apng().unwrap();
+    let frames = decoder.into_frames().collect_frames().unwrap();
+    assert_eq!(frames.len(), 5);
+    assert_eq!(frames[0].delay().numer_denom_ms(), (250, 1), "six frames of 1/24 s");
+}
+
+#[test]
+fn a_folder_is_numbered() {
+    let folder = Folder::new();
+    ok(&[
+        "play",
+        &data("every.aff"),
+        "--frames",
+        "3..5",
+        "--size",
+        "8x6",
+        "--out",
+        &folder.path("new/frames"),
+        "--quiet",
+    ]);
+    assert!(Path::new(&folder.path("new/frames/frame_0003.png")).is_file());
+    assert!(Path::new(&folder.path("new/frames/frame_0004.png")).is_file());
+}
+
+#[test]
+fn options_reach_the_picture() {
+    let folder = Folder::new();
+    let render = |name: &str, options: &[&str]| {
+        let out = folder.path(&format!("{name}.png"));
+        let scene = data("every.aff");
+        let mut args = vec!["render", &scene, "--out", &out, "--quiet"];
+        args.extend(options);
+        ok(&args);
+        open(&out)
+    };
+    let plain = render("plain", &[]);
+    for options in [
+        &["--depth", "0"][..],
+        &["--shadows", "off"],
+        &["--samples", "4"],
+        &["--srgb", "on"],
+        &["--fov", "20"],
+        &["--eye", "-3,2,8"],
+        &["--at=-1,1,0"],
+        &["--up", "1,1,0"],
+        &["--renderer", "raycast"],
+        &["--renderer", "ambient_occlusion"],
+        &["--renderer", "path"],
+    ] {
+        assert!(differing(&plain, &render("changed", options)) > 10, "{options:?} changes nothing");
+    }
+    // What must not change a bit.
+    for options in [&["--threads", "3"][..], &["--strategy", "sah"], &["--strategy", "bsp"], &["--strategy", "refit"]] {
+        assert_eq!(differing(&plain, &render("same", options)), 0, "{options:?}");
+    }
+}
+
+#[test]
+fn wrong_command_lines_end_with_2() {
+    let scene = data("every.aff");
+    for args in [
+        &[][..],
+        &["fly", &scene],
+        &["render"],
+        &["render", &scene, "--size", "0x9"],
+        &["render", &scene, "--frame", "1", "--time", "1"],
+        &["render", &scene, "--renderer", "magic"],
+        &["render", &scene, "--strategy", "magic"],
+        &["render", &scene, "--fov", "180"],
+        &["render", &scene, "--eye", "1,2"],
+        &["render", &scene, "--samples", "0"],
+        &["play", &scene, "--frames", "5..1"],
+        &["play", &scene, "--fps", "0"],
+    ] {
+        fails(args, 2);
+    }
+    assert!(ok(&["--help"]).contains("Renders the frames of an animation"));
+    assert!(ok(&["--version"]).starts_with("openrt "));
+}
+
+#[test]
+fn what_cannot_be_done_ends_with_1() {
+    let folder = Folder::new();
+    let scene = data("every.aff");
+    let out = folder.path("x.png");
+    assert!(fails(&["render", &folder.path("none.aff"), "--out", &out], 1).contains("none.aff"));
+    assert!(fails(&["render", &scene, "--out", &folder.path("x.bmp")], 1).contains("unknown kind of picture"));
+    assert!(fails(&["render", &scene, "--frame", "21", "--out", &out], 1).contains("frames 0 to 20"));
+    assert!(fails(&["play", &scene, "--frames", "0..50", "--out", &out], 1).contains("frames 0 to 20"));
+    assert!(fails(&["render", &scene, "--out", "/proc/none/x.png"], 1).contains("/proc/none"));
+    assert!(fails(&["render", &scene, "--eye", "0,1,0", "--at", "0,1,0", "--out", &out], 1).contains("look_at"));
+}
