@@ -190,6 +190,45 @@ fn vertices_move_by_the_number_they_were_given() {
 }
 
 #[test]
+fn degenerate_geometry_and_matrices_harm_nobody() {
+    let mut cx = context();
+    cx.new_object(7, Mode::Compile, Motion::Affine).unwrap();
+    cx.begin(Primitive::Triangles).unwrap();
+    for bad in [f32::NAN, f32::INFINITY, f32::MAX, 1e30, 1e-40, -0.0, 0.0] {
+        for corner in [Vec4::new(bad, 0.0, -1.0, 1.0), Vec4::new(0.0, bad, -1.0, 1.0), Vec4::new(bad, bad, bad, bad)] {
+            cx.vertex(corner).unwrap();
+        }
+    }
+    cx.end().unwrap();
+    cx.end_object().unwrap();
+    wall_object(&mut cx, 5, -1.0);
+    wall_object(&mut cx, 6, -3.0);
+    let empty = cx.gen_objects(1).unwrap();
+    let scales = [[0.0; 3], [1.0, 1.0, 0.0], [1e-30; 3], [1e30; 3], [1e-30, 1e30, 1.0], [3e38; 3]];
+    for strategy in Strategy::ALL {
+        for name in 5..8 {
+            cx.object_parameter(name, ObjectParameter::Strategy(strategy)).unwrap();
+        }
+        for scale in scales {
+            cx.push_matrix().unwrap();
+            // Behind the camera, should anything be left of it.
+            cx.translate(DVec3::new(0.0, 0.0, 20.0)).unwrap();
+            cx.scale(DVec3::from_array(scale)).unwrap();
+            for name in [5, 7, empty] {
+                cx.instantiate_object(name).unwrap();
+            }
+            cx.pop_matrix().unwrap();
+        }
+        cx.push_matrix().unwrap();
+        cx.scale(DVec3::new(-1.0, 1.0, 1.0)).unwrap();
+        cx.instantiate_object(6).unwrap();
+        cx.pop_matrix().unwrap();
+        cx.render().unwrap();
+        assert_eq!(center_object(&mut cx), 6, "{strategy:?}");
+    }
+}
+
+#[test]
 fn an_indexed_draw_stores_each_vertex_once_in_the_order_of_the_array() {
     let mut cx = context();
     let corners = [[-9.0f32, -9.0, -2.0], [9.0, -9.0, -2.0], [9.0, 9.0, -2.0], [-9.0, 9.0, -2.0]];

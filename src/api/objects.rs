@@ -6,6 +6,7 @@ use super::mesh_builder::{MeshBuilder, try_copy};
 use super::names::FIRST_RESERVED;
 use crate::scene::{Command, Motion, Name, Strategy};
 use glam::Vec3;
+use std::borrow::Cow;
 
 /// What [`Context::end_object`] does besides storing the object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -197,17 +198,18 @@ impl Context {
     }
 
     /// Moves the vertices `first..first + positions.len()` of an object, counted in the order in which its definition gave them;
-    /// its triangles stay. Positions are in object space: the current matrix has no part in it.
+    /// its triangles stay. Positions are in object space: the current matrix has no part in it. A vector of all positions is moved, not copied.
     ///
     /// # Errors
     /// `InvalidValue` when there is no such object or it has fewer vertices.
-    pub fn update_vertices(&mut self, name: Name, first: u32, positions: &[Vec3]) -> Result<()> {
+    pub fn update_vertices<'a>(&mut self, name: Name, first: u32, positions: impl Into<Cow<'a, [Vec3]>>) -> Result<()> {
         self.outside_begin()?;
+        let positions = positions.into();
         self.vertex_range(name, first, positions.len())?;
         if positions.is_empty() {
             return Ok(());
         }
-        let positions = try_copy(positions)?;
+        let positions = owned(positions)?;
         self.backend.reserve(1)?;
         self.backend.send(Command::UpdatePositions { name, first, positions });
         Ok(())
@@ -217,8 +219,9 @@ impl Context {
     ///
     /// # Errors
     /// Also `InvalidOperation` when the object was defined without normals.
-    pub fn update_normals(&mut self, name: Name, first: u32, normals: &[Vec3]) -> Result<()> {
+    pub fn update_normals<'a>(&mut self, name: Name, first: u32, normals: impl Into<Cow<'a, [Vec3]>>) -> Result<()> {
         self.outside_begin()?;
+        let normals = normals.into();
         let info = self.vertex_range(name, first, normals.len())?;
         if normals.is_empty() {
             return Ok(());
@@ -226,7 +229,7 @@ impl Context {
         if !info.has_normals {
             return Err(Error::invalid_operation("the object was defined without normals"));
         }
-        let normals = try_copy(normals)?;
+        let normals = owned(normals)?;
         self.backend.reserve(1)?;
         self.backend.send(Command::UpdateNormals { name, first, normals });
         Ok(())
@@ -243,6 +246,13 @@ impl Context {
             return Err(Error::invalid_value("the object has fewer vertices"));
         }
         Ok(info)
+    }
+}
+
+fn owned(vectors: Cow<'_, [Vec3]>) -> Result<Vec<Vec3>> {
+    match vectors {
+        Cow::Borrowed(vectors) => try_copy(vectors),
+        Cow::Owned(vectors) => Ok(vectors),
     }
 }
 

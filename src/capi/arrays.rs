@@ -296,7 +296,7 @@ pub unsafe extern "C" fn rtUpdateVertices(
     guard(|cx| {
         let first = vertex_range(cx.get_object_parameters(object)?.vertex_count, first, count)?;
         // SAFETY: NULL or `count` vectors, says the manual.
-        cx.update_vertices(object, first, &unsafe { vectors(count, stride, vertices)? })
+        cx.update_vertices(object, first, unsafe { vectors(count, stride, vertices)? })
     })
 }
 
@@ -314,7 +314,7 @@ pub unsafe extern "C" fn rtUpdateNormals(
     guard(|cx| {
         let first = vertex_range(cx.get_object_parameters(object)?.vertex_count, first, count)?;
         // SAFETY: NULL or `count` vectors, says the manual.
-        cx.update_normals(object, first, &unsafe { vectors(count, stride, normals)? })
+        cx.update_normals(object, first, unsafe { vectors(count, stride, normals)? })
     })
 }
 

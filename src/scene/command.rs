@@ -83,13 +83,13 @@ impl Scene {
             }
             Command::UpdatePositions { name, first, positions } => {
                 if let Some(object) = self.objects.get_mut(&name) {
-                    overwrite(&mut object.mesh.positions, first, &positions);
+                    overwrite(&mut object.mesh.positions, first, positions);
                     object.vertex_version = self.epoch;
                 }
             }
             Command::UpdateNormals { name, first, normals } => {
                 if let Some(object) = self.objects.get_mut(&name) {
-                    overwrite(&mut object.mesh.normals, first, &normals);
+                    overwrite(&mut object.mesh.normals, first, normals);
                 }
             }
             Command::DeleteObjects { first, count } => {
@@ -123,9 +123,11 @@ impl Scene {
     }
 }
 
-/// Copies `values` over `target[first..]`, as far as it reaches.
-fn overwrite<T: Copy>(target: &mut [T], first: u32, values: &[T]) {
-    if let Some(tail) = target.get_mut(first as usize..) {
+/// Puts `values` over `target[first..]`, as far as it reaches.
+fn overwrite<T: Copy>(target: &mut Vec<T>, first: u32, values: Vec<T>) {
+    if first == 0 && values.len() == target.len() {
+        *target = values;
+    } else if let Some(tail) = target.get_mut(first as usize..) {
         let n = tail.len().min(values.len());
         tail[..n].copy_from_slice(&values[..n]);
     }
