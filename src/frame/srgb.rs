@@ -49,8 +49,7 @@ pub fn decode_table() -> &'static [f32; 256] {
 /// The 8-bit sRGB code nearest to a linear value; values outside [0, 1] are clamped, NaN is 0.
 #[inline]
 pub fn encode_srgb8(linear: f32) -> u8 {
-    // `max` returns its other operand for NaN.
-    let x = linear.max(0.0).min(1.0);
+    let x = clamp(linear);
     let table = &*ENCODE;
     let code = table.code[(x * BUCKETS as f32) as usize];
     code + u8::from(x >= table.first[usize::from(code) + 1])
@@ -59,7 +58,13 @@ pub fn encode_srgb8(linear: f32) -> u8 {
 /// The 8-bit code nearest to a linear value without a curve; values outside [0, 1] are clamped, NaN is 0.
 #[inline]
 pub fn encode_linear8(linear: f32) -> u8 {
-    (linear.max(0.0).min(1.0) * 255.0 + 0.5) as u8
+    (clamp(linear) * 255.0 + 0.5) as u8
+}
+
+/// Into [0, 1]; `f32::clamp` would keep NaN.
+#[inline]
+fn clamp(x: f32) -> f32 {
+    if x > 0.0 { x.min(1.0) } else { 0.0 }
 }
 
 #[cfg(test)]

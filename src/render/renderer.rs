@@ -5,7 +5,7 @@ use super::tile::{TileJob, aspect};
 use crate::accel::TwoLevel;
 use crate::frame::{FrameStats, Framebuffer, TILE_PIXELS, Target, TileRect};
 use crate::scene::{FrameDesc, Scene, Viewport};
-use crate::shade::{Camera, RayCounts, ShadeScene, TextureCache, compile_camera};
+use crate::shade::{Camera, MAX_LAYERS, RayCounts, ShadeScene, TextureCache, compile_camera, is_hole};
 use crate::simd::Level;
 use crate::trace::{Hit, Ray, Tracer};
 use glam::Vec2;
@@ -43,6 +43,7 @@ impl Renderer {
     pub fn commit(&mut self, scene: &Scene, frame: &FrameDesc) -> FrameStats {
         let begin = Instant::now();
         self.view = (compile_camera(scene, frame), frame.viewport);
+        self.textures.update(scene);
         let update = self.world.update(scene, &frame.instances);
         let seconds = begin.elapsed().as_secs_f64();
         FrameStats {
@@ -82,7 +83,7 @@ impl Renderer {
             self.framebuffer.tiles_mut().1.fill(0);
             self.history = frame.accumulate.then(|| (scene.epoch, frame.clone()));
         }
-        let shade_scene = ShadeScene::new(scene, frame, &mut self.textures);
+        let shade_scene = ShadeScene::new(scene, frame, &self.textures);
         let job = TileJob::new(&shade_scene, Tracer::new(&self.world), frame);
         let counts = render_tiles(&mut self.framebuffer, &job, target, cancel);
         stats.render_seconds = render_begin.elapsed().as_secs_f64();
@@ -105,8 +106,8 @@ impl Renderer {
     }
 
     /// What the last frame's camera sees at (`x`, `y`), in pixels of the framebuffer from its lower left corner; the centre of the first
-    /// pixel is (0.5, 0.5). None outside the viewport and where nothing is hit.
-    pub fn pick(&self, _scene: &Scene, x: f32, y: f32) -> Option<Hit> {
+    /// pixel is (0.5, 0.5). Holes of cut-out surfaces are looked through. None outside the viewport and where nothing is hit.
+    pub fn pick(&self, scene: &Scene, x: f32, y: f32) -> Option<Hit> {
         let (camera, viewport) = &self.view;
         let size = Vec2::new(viewport.width as f32, viewport.height as f32);
         let screen = (Vec2::new(x, y) - Vec2::new(viewport.x as f32, viewport.y as f32)) / size;
@@ -115,7 +116,15 @@ impl Renderer {
             return None;
         }
         let ray = camera.primary_ray(screen, aspect(*viewport), Vec2::splat(0.5))?;
-        self.tracer().intersect(&Ray::new(ray.origin, ray.direction))
+        let mut ray = Ray::new(ray.origin, ray.direction);
+        for _ in 0..MAX_LAYERS {
+            let hit = self.tracer().intersect(&ray)?;
+            if !is_hole(scene, &self.textures, &ray, &hit) {
+                return Some(hit);
+            }
+            ray.tmin = hit.t.next_up();
+        }
+        None
     }
 }
 

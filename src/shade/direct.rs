@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 /// How much of an area light one shading point samples.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Effort {
-    /// As many points as the light asks for: smooth penumbrae from one camera sample.
+    /// As many points as the light asks for: smooth penumbrae from one camera sample. A quarter of it after each bounce.
     Full,
     /// One point, for estimators that average many camera samples.
     Single,
@@ -21,7 +21,10 @@ impl<'a> Worker<'a> {
         let scene = self.scene;
         let point = &it.point;
         for light in &scene.lights {
-            let n = if effort == Effort::Full { light.samples } else { 1 };
+            let n = match effort {
+                Effort::Full => (light.samples >> (2 * point.depth).min(31)).max(1),
+                Effort::Single => 1,
+            };
             let area = light.samples > 1;
             // The shift differs from pixel to pixel, which turns the bands of a fixed pattern into fine grain.
             let shift = if area { self.rng.next_vec2() } else { Vec2::ZERO };

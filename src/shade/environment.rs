@@ -63,6 +63,9 @@ impl Environment {
             Environment::LatLong { texture, intensity, rotation } => {
                 let u = 0.5 + direction.x.atan2(-direction.z) / TAU + rotation;
                 let v = 0.5 + direction.y.clamp(-1.0, 1.0).asin() / PI;
+                // Beyond the last row of texels lies not the first one but the pole.
+                let half_texel = texture.as_ref().map_or(0.0, |t| 0.5 / t.height() as f32);
+                let v = v.clamp(half_texel, 1.0 - half_texel);
                 // The cone's solid angle as a share of the picture's 2π × π.
                 let footprint = cone.spread * cone.spread / (TAU * PI);
                 let white = Vec4::ONE;

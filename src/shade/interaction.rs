@@ -14,7 +14,7 @@ pub struct Interaction {
     pub point: SurfacePoint,
     /// Distance along the geometric normal that a secondary ray's origin needs; see [`Interaction::spawn`].
     pub clearance: f32,
-    /// Area of texture space that the ray's cone covers, for [`crate::shade::texture`].
+    /// Area of texture space that the ray's cone covers, for choosing the mip level.
     pub footprint: f32,
     /// Width of the cone at the point.
     pub cone: Cone,

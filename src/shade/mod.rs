@@ -1,7 +1,7 @@
 //! Hits to colours: surfaces, lights, cameras, environments and rendering objects.
 //!
 //! At frame start [`ShadeScene`] turns names and parameters into dense, typed data (late binding). A [`Worker`], one per tile, then carries camera samples through
-//! an [`Integrator`](integrator::Integrator). Built-in shaders are variants of closed enums; only the user's own programs are called
+//! a rendering object. Built-in shaders are variants of closed enums; only the user's own programs are called
 //! through traits. No ray allocates memory. [`class`] has the manual of all built-in classes.
 #![forbid(unsafe_code)]
 
@@ -34,6 +34,6 @@ pub use class::builtin_classes;
 pub use footprint::Cone;
 pub use interaction::Interaction;
 pub use sampler::{Rng, pixel_pattern};
-pub use shade_scene::{ShadeScene, compile_camera};
+pub use shade_scene::{ShadeScene, compile_camera, is_hole};
 pub use textures::TextureCache;
-pub use worker::{RayCounts, Sample, Seen, Worker};
+pub use worker::{MAX_LAYERS, RayCounts, Sample, Seen, Worker};

@@ -14,7 +14,7 @@ use crate::shade::surface::{Surface, UserSurface};
 use crate::shade::textures::{TextureCache, Textures};
 use crate::shade::values::Values;
 use crate::trace::{Hit, Ray};
-use glam::{Vec3, Vec4};
+use glam::{Affine3A, Vec3, Vec4};
 
 /// Everything that shading reads during one frame.
 pub struct ShadeScene<'a> {
@@ -39,8 +39,9 @@ pub struct ShadeScene<'a> {
 }
 
 impl<'a> ShadeScene<'a> {
-    pub fn new(scene: &'a Scene, frame: &'a FrameDesc, cache: &mut TextureCache) -> Self {
-        let textures = Textures::new(scene, cache);
+    /// `cache` must be up to date with the scene.
+    pub fn new(scene: &'a Scene, frame: &'a FrameDesc, cache: &TextureCache) -> Self {
+        let textures = Textures::new(cache);
         let mesh = |instance: &Instance| scene.objects.get(&instance.object).map(|object| &object.mesh);
         let meshes = frame.instances.iter().map(mesh).collect();
 
@@ -109,6 +110,18 @@ fn compile_surface(name: Name, shader: &Shader, textures: &Textures) -> Option<S
         })),
         _ => None,
     }
+}
+
+/// Whether the surface is not there at a hit: the eye, and picking, look through holes. `cache` as in [`ShadeScene::new`].
+pub fn is_hole(scene: &Scene, cache: &TextureCache, ray: &Ray, hit: &Hit) -> bool {
+    let Some(mesh) = scene.objects.get(&hit.object).map(|object| &object.mesh) else { return false };
+    let name = mesh.shader_of_triangle.get(hit.prim as usize);
+    let Some(shader) = name.and_then(|name| scene.shaders.get(name)) else { return false };
+    let textures = Textures::new(cache);
+    // Alpha depends neither on where the instance is nor on the shader's name.
+    let instance = Instance { object: hit.object, world_from_object: Affine3A::IDENTITY };
+    let it = Interaction::new(ray, hit, &instance, mesh, Cone { width: 0.0, spread: 0.0 }, 0);
+    compile_surface(0, shader, &textures).is_some_and(|surface| surface.is_hole(&it, &textures))
 }
 
 /// The frame's camera; the default one where the frame names none.

@@ -42,6 +42,11 @@ impl CompiledTexture {
         Arc::ptr_eq(&self.source, source)
     }
 
+    /// Rows of the base level, at least 1.
+    pub fn height(&self) -> u32 {
+        self.source.levels[0].height
+    }
+
     fn level_count(&self) -> usize {
         self.source.levels.len() + self.rest.len()
     }

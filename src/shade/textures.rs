@@ -6,11 +6,26 @@ use crate::shade::surface::TextureId;
 use crate::shade::texture::CompiledTexture;
 use glam::{Vec2, Vec4};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// Compiled textures of the frames before, so that a mip-map chain is built once per image.
 #[derive(Default)]
 pub struct TextureCache {
     compiled: HashMap<Name, CompiledTexture>,
+}
+
+impl TextureCache {
+    /// Compiles what is new in the scene and forgets what is gone.
+    pub fn update(&mut self, scene: &Scene) {
+        self.compiled.retain(|name, compiled| scene.textures.get(name).is_some_and(|t| compiled.is_from(t)));
+        for (&name, source) in &scene.textures {
+            if let Entry::Vacant(place) = self.compiled.entry(name)
+                && let Some(compiled) = CompiledTexture::new(source)
+            {
+                place.insert(compiled);
+            }
+        }
+    }
 }
 
 /// All textures of the scene.
@@ -21,22 +36,10 @@ pub struct Textures {
 }
 
 impl Textures {
-    pub fn new(scene: &Scene, cache: &mut TextureCache) -> Self {
-        cache.compiled.retain(|name, compiled| scene.textures.get(name).is_some_and(|t| compiled.is_from(t)));
-        let mut names = Vec::new();
-        let mut all = Vec::new();
-        for (&name, source) in &scene.textures {
-            let compiled = match cache.compiled.get(&name) {
-                Some(compiled) => compiled.clone(),
-                None => match CompiledTexture::new(source) {
-                    Some(compiled) => cache.compiled.entry(name).insert_entry(compiled).get().clone(),
-                    None => continue,
-                },
-            };
-            names.push(name);
-            all.push(compiled);
-        }
-        Self { compiled: all, index: NameTable::new(names.iter().copied()) }
+    /// What [`TextureCache::update`] has compiled.
+    pub fn new(cache: &TextureCache) -> Self {
+        let compiled = cache.compiled.values().cloned().collect();
+        Self { compiled, index: NameTable::new(cache.compiled.keys().copied()) }
     }
 
     /// The index of texture `name`; None if there is no such texture or it has no image.

@@ -63,7 +63,7 @@ const BUDGET: u32 = 1 << 14;
 /// Rays with a smaller share in the pixel are not sent (Hall and Greenberg 1983): half a step of an 8-bit channel.
 const MIN_WEIGHT: f32 = 1.0 / 512.0;
 /// Transparent layers that one ray passes before it gives up.
-pub(crate) const MAX_LAYERS: u32 = 256;
+pub const MAX_LAYERS: u32 = 256;
 /// Shadow rays end this much before the light, relative to its distance: lights often lie on a surface.
 const SHADOW_END: f32 = 1.0 - 1e-4;
 
@@ -116,13 +116,11 @@ impl<'a> Worker<'a> {
     pub(crate) fn transmittance(&mut self, it: &Interaction, direction: Vec3, distance: f32) -> Vec3 {
         self.counts.shadow += 1;
         let mut ray = Ray { tmax: distance * SHADOW_END, ..it.spawn(direction) };
-        if !self.tracer.occluded(&ray) {
-            return Vec3::ONE;
-        }
         if !self.scene.see_through {
-            return Vec3::ZERO;
+            return if self.tracer.occluded(&ray) { Vec3::ZERO } else { Vec3::ONE };
         }
-        // Some surfaces let light through: ask them one by one.
+        // Some surfaces let light through: ask them one by one. (Asking `occluded` first was slower: most rays that it stops
+        // have to be traced again.)
         let mut share = Vec3::ONE;
         for _ in 0..MAX_LAYERS {
             let Some(hit) = self.tracer.intersect(&ray) else { return share };
