@@ -298,8 +298,8 @@ impl Bins {
     fn add(mut self, refs: &[PrimRef], map: &BinMap) -> Self {
         for r in refs {
             let bins = map.bins(r);
-            for axis in 0..3 {
-                let bin = bins[axis] as usize & (BINS - 1);
+            for (axis, bin) in bins[..3].iter().enumerate() {
+                let bin = *bin as usize & (BINS - 1);
                 self.boxes[axis][bin].grow(r.lo, r.hi);
                 self.counts[axis][bin] += 1;
             }
@@ -343,13 +343,13 @@ fn find_split(refs: &[PrimRef], range: &Range) -> Option<Split> {
             right[bin] = bounds.half_area() * count.div_ceil(BLOCK) as f64;
         }
         let (mut bounds, mut count) = (Box4::EMPTY, 0usize);
-        for bin in 1..bins {
+        for (bin, right) in right.iter().enumerate().take(bins).skip(1) {
             bounds.grow(filled.boxes[axis][bin - 1].lo, filled.boxes[axis][bin - 1].hi);
             count += filled.counts[axis][bin - 1] as usize;
             if count == 0 || count == refs.len() {
                 continue;
             }
-            let cost = bounds.half_area() * count.div_ceil(BLOCK) as f64 + right[bin];
+            let cost = bounds.half_area() * count.div_ceil(BLOCK) as f64 + right;
             if best.as_ref().is_none_or(|b| cost < b.cost) {
                 best = Some(Split { axis, bin: bin as u32, cost, map });
             }

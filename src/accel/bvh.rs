@@ -217,6 +217,7 @@ impl std::error::Error for OutOfMemory {}
 pub(super) fn reserve<T>(len: usize) -> Result<Vec<T>, OutOfMemory> {
     let mut vec = Vec::new();
     vec.try_reserve_exact(len).map_err(|_| OutOfMemory { bytes: len.saturating_mul(size_of::<T>()) })?;
+    crate::simd::prefer_huge_pages(vec.spare_capacity_mut());
     Ok(vec)
 }
 

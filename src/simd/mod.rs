@@ -7,8 +7,11 @@
 //!
 //! [`Vector`] has only the operations that the kernels need, and none that would let the instruction sets
 //! differ by a bit: no fused multiply-add, no approximate reciprocal.
+//!
+//! [`prefer_huge_pages`] is here as well: large trees wait for memory more than for arithmetic.
 
 mod level;
+mod memory;
 mod scalar;
 mod vector;
 
@@ -16,7 +19,11 @@ mod vector;
 mod x86;
 
 pub use level::Level;
+pub use memory::prefer_huge_pages;
 pub use scalar::Scalar;
 pub use vector::{Isa, Vector};
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Avx2, Avx512, Sse41};
+
+#[cfg(test)]
+mod tests;

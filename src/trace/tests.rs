@@ -152,3 +152,51 @@ fn equal_distances_go_to_the_lowest_number() {
         assert_eq!((best.prim, best.instance), (0, 3));
     }
 }
+
+/// Two products that round to the same f32 but differ: the plain difference is 0 and the exact sign is asked of f64. A fused
+/// multiply-subtract (or one fused operand) would give one rounding error instead of 0, with its sign depending on
+/// which product was rounded: shared edges would then leak.
+#[test]
+fn edge_functions_are_not_contracted() {
+    let mut random = Random::new(17);
+    let (mut edge_cases, mut fused_differs) = (0, 0);
+    let kernels = kernels();
+    for _ in 0..20_000 {
+        // A quad split along its diagonal, and a ray through that diagonal: one of the halves must take it, on every level
+        // the same one.
+        let (a, c) = (random.vec(), random.vec());
+        let (b, d) = (a + random.vec(), c + random.vec());
+        let on_edge = a + (c - a) * (0.1 + 0.8 * random.unit());
+        let org = random.vec() * 3.0;
+        let Some(ray) = PreparedRay::new(&Ray::new(org, on_edge - org)) else { continue };
+        let sheared = |p: Vec3| {
+            let p = p - ray.org;
+            let [kx, ky, kz] = ray.axis;
+            [p[kx] - ray.shear.x * p[kz], p[ky] - ray.shear.y * p[kz]]
+        };
+        let (sa, sc) = (sheared(a), sheared(c));
+        let plain = sc[0] * sa[1] - sc[1] * sa[0];
+        let fused = sc[0].mul_add(sa[1], -(sc[1] * sa[0]));
+        edge_cases += usize::from(plain == 0.0);
+        fused_differs += usize::from(plain == 0.0 && fused != 0.0);
+
+        let mesh = mesh([[a, b, c], [a, c, d]]);
+        let bvh = build_sah(&mesh).expect("memory");
+        let expected = brute_force(&mesh, &ray);
+        // The exact sides, from f64 on the sheared corners, where products of two f32 are exact.
+        let exact = (0..2).any(|prim| {
+            let [p, q, r] = mesh.corners(prim).map(|corner| sheared(corner).map(f64::from));
+            let side = |s: [f64; 2], t: [f64; 2]| s[0] * t[1] - s[1] * t[0];
+            let (u, v, w) = (side(r, q), side(p, r), side(q, p));
+            let in_front = expected.t >= 0.0;
+            in_front && u + v + w != 0.0 && ((u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0))
+        });
+        assert_eq!(!expected.is_none(), exact, "{ray:?} {mesh:?}");
+        for kernels in &kernels {
+            let mut hit = Hit::none(ray.tmax);
+            kernels.intersect(&bvh, &ray, 9, 4, &mut hit);
+            assert_eq!(hit, expected, "{:?}: {ray:?} {mesh:?}", kernels.level());
+        }
+    }
+    assert!(edge_cases > 1000 && fused_differs > 500, "the rays are aimed: {edge_cases} {fused_differs}");
+}

@@ -13,6 +13,9 @@
 //!
 //! A box is entered when `max(enter, tmin) <= min(exit * SLAB_PAD, best t)`; with `<=`, as a triangle at an equal distance may win
 //! by its number. The same operations as [`PreparedRay::slab`], so every instruction set visits the same nodes.
+//!
+//! Tried without gain (bumpy sphere of 1.3 million triangles, 8 nodes and 1.6 blocks per primary ray): prefetching the children that go to
+//! the stack (-3 to -10 %), prefetching the line of the references (±2 %). What helped: huge pages (+10 to +15 %).
 
 use super::triangle4::{RayLanes, intersect4};
 use super::{Hit, PreparedRay, SLAB_PAD};
@@ -141,23 +144,15 @@ pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
                 current = ChildRef::from_bits(carried as u32);
             };
             if reached {
+                let mut closer = false;
                 for block in blocks.get_unchecked(current.blocks()) {
-                    let done = intersect4::<I>(ray, &lanes, block, |lane, h| {
-                        if ANY {
-                            return true;
-                        }
-                        let hit = Hit { t: h.t, u: h.u, v: h.v, prim: block.prims[lane], object, instance };
-                        if hit.is_before(best) {
-                            *best = hit;
-                            found = true;
-                        }
-                        false
-                    });
-                    if ANY && done {
+                    closer |= intersect4::<I, ANY>(ray, &lanes, block, object, instance, best);
+                    if ANY && closer {
                         return true;
                     }
                 }
-                if !ANY && found {
+                if closer {
+                    found = true;
                     limit = I::F8::splat(best.t);
                 }
             }

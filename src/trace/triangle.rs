@@ -74,8 +74,8 @@ pub fn weigh_f64(ray: &PreparedRay, sheared: [[f32; 3]; 3]) -> Option<TriangleHi
         return None;
     }
     let det = u + v + w;
-    // Seen exactly edge-on the triangle covers nothing; its neighbours do. NaN ends here too.
-    if !(det.abs() > 0.0) {
+    // Seen exactly edge-on the triangle covers nothing; its neighbours do.
+    if det == 0.0 || det.is_nan() {
         return None;
     }
     let z = f64::from(ray.shear.z);

@@ -5,8 +5,7 @@
 //! That leaves few lanes, and they take the scalar way: at once when all edge functions are finite and not 0,
 //! else by way of f64. So the result is that of the scalar test, bit for bit, without a second copy of its rare branches.
 
-use super::PreparedRay;
-use super::triangle::{self, TriangleHit};
+use super::{Hit, PreparedRay, triangle};
 use crate::accel::{BLOCK, Tri4};
 use crate::simd::{Isa, Vector};
 
@@ -24,38 +23,50 @@ impl<I: Isa> RayLanes<I> {
     /// - The processor has the instruction set `I`.
     #[inline(always)]
     pub(super) unsafe fn new(ray: &PreparedRay) -> Self {
-        let [kx, ky, kz] = ray.axis;
+        // Indexing an array of four by two bits needs neither branch nor check.
+        let axis = ray.axis.map(|k| k & 3);
+        assert!(axis.iter().all(|&k| k < 3), "axes are numbered 0, 1, 2");
+        let org = [ray.org.x, ray.org.y, ray.org.z, 0.0];
         // SAFETY: the caller's promise.
         unsafe {
             Self {
-                org: [I::F4::splat(ray.org[kx]), I::F4::splat(ray.org[ky]), I::F4::splat(ray.org[kz])],
+                org: axis.map(|k| I::F4::splat(org[k])),
                 shear: [I::F4::splat(ray.shear.x), I::F4::splat(ray.shear.y)],
-                axis: ray.axis,
+                axis,
             }
         }
     }
 }
 
-/// Calls `found(lane, hit)` for every triangle of the block that the ray hits within its own interval, until it returns true;
-/// says whether it did.
+/// Edge functions and depths of the four triangles: `u, v, w` and the corners' `z`.
+struct Edges {
+    weights: [[f32; BLOCK]; 3],
+    depth: [[f32; BLOCK]; 3],
+}
+
+/// Tests the block against the ray's own interval and `best`, which every hit that comes before it replaces
+/// (with the number of the triangle and of `best`'s candidate object and instance). With `ANY` the first hit ends the test.
+/// Returns whether there was a hit that counts.
 ///
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-pub(super) unsafe fn intersect4<I: Isa>(
+pub(super) unsafe fn intersect4<I: Isa, const ANY: bool>(
     ray: &PreparedRay,
     lanes: &RayLanes<I>,
     block: &Tri4,
-    mut found: impl FnMut(usize, TriangleHit) -> bool,
+    object: u32,
+    instance: u32,
+    best: &mut Hit,
 ) -> bool {
     let [kx, ky, kz] = lanes.axis;
-    // SAFETY: the caller's promise.
-    let (candidates, edges, depth) = unsafe {
+    // SAFETY: the caller's promise; axes are below 3 (by the constructor of `PreparedRay`, masked in `RayLanes::new`).
+    unsafe {
         let sheared = |corner: usize| {
             let p = &block.corners[corner];
-            let z = I::F4::load(&p[kz]).sub(lanes.org[2]);
-            let x = I::F4::load(&p[kx]).sub(lanes.org[0]).sub(lanes.shear[0].mul(z));
-            let y = I::F4::load(&p[ky]).sub(lanes.org[1]).sub(lanes.shear[1].mul(z));
+            let z = I::F4::load(p.get_unchecked(kz)).sub(lanes.org[2]);
+            let x = I::F4::load(p.get_unchecked(kx)).sub(lanes.org[0]).sub(lanes.shear[0].mul(z));
+            let y = I::F4::load(p.get_unchecked(ky)).sub(lanes.org[1]).sub(lanes.shear[1].mul(z));
             [x, y, z]
         };
         let (a, b, c) = (sheared(0), sheared(1), sheared(2));
@@ -70,32 +81,48 @@ pub(super) unsafe fn intersect4<I: Isa>(
         if candidates == 0 {
             return false;
         }
-        let mut edges = [[0.0f32; BLOCK]; 3];
-        let mut depth = [[0.0f32; BLOCK]; 3];
-        for (to, from) in edges.iter_mut().zip([u, v, w]) {
+        let mut edges = Edges { weights: [[0.0; BLOCK]; 3], depth: [[0.0; BLOCK]; 3] };
+        for (to, from) in edges.weights.iter_mut().zip([u, v, w]) {
             from.store(to);
         }
-        for (to, from) in depth.iter_mut().zip([a[2], b[2], c[2]]) {
+        for (to, from) in edges.depth.iter_mut().zip([a[2], b[2], c[2]]) {
             from.store(to);
         }
-        (candidates, edges, depth)
-    };
-    let mut left = candidates;
-    while left != 0 {
-        let lane = left.trailing_zeros() as usize & (BLOCK - 1);
-        left &= left - 1;
-        let weights = edges.map(|e| e[lane]);
+        resolve::<ANY>(ray, block, candidates, &edges, object, instance, best)
+    }
+}
+
+/// The scalar rest. Out of line, so that the traversal loop around it keeps its registers.
+#[inline(never)]
+fn resolve<const ANY: bool>(
+    ray: &PreparedRay,
+    block: &Tri4,
+    mut candidates: u32,
+    edges: &Edges,
+    object: u32,
+    instance: u32,
+    best: &mut Hit,
+) -> bool {
+    let mut found = false;
+    while candidates != 0 {
+        let lane = candidates.trailing_zeros() as usize & (BLOCK - 1);
+        candidates &= candidates - 1;
+        let weights = edges.weights.map(|e| e[lane]);
+        let corners = block.corners(lane);
         let hit = if triangle::all_exact(weights) {
-            let hit = triangle::weigh(ray, weights, depth.map(|z| z[lane]));
-            triangle::accept(ray, block.corners(lane), hit)
+            triangle::accept(ray, corners, triangle::weigh(ray, weights, edges.depth.map(|z| z[lane])))
         } else {
-            triangle::intersect(ray, block.corners(lane))
+            triangle::intersect(ray, corners)
         };
-        if let Some(hit) = hit
-            && found(lane, hit)
-        {
+        let Some(h) = hit else { continue };
+        if ANY {
             return true;
         }
+        let hit = Hit { t: h.t, u: h.u, v: h.v, prim: block.prims[lane], object, instance };
+        if hit.is_before(best) {
+            *best = hit;
+            found = true;
+        }
     }
-    false
+    found
 }

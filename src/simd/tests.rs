@@ -1,0 +1,142 @@
+//! Every operation of every instruction set against plain Rust, on values that tell them apart.
+
+use super::{Isa, Level, Scalar, Vector};
+
+/// Signed zeros, denormals, infinities, NaN and neighbours; products and sums of these round in every way.
+const VALUES: [f32; 16] = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    1.0 + f32::EPSILON,
+    1.0 - f32::EPSILON / 2.0,
+    3.0e38,
+    -3.0e38,
+    1.0e-40,
+    -1.0e-45,
+    f32::INFINITY,
+    f32::NEG_INFINITY,
+    f32::NAN,
+    16_777_217.0,
+    0.1,
+    -7.3e-12,
+];
+
+/// Lanes, and whether each is NaN (whose bits are not specified).
+fn bits<const N: usize>(lanes: [f32; N]) -> [u32; N] {
+    lanes.map(|x| if x.is_nan() { u32::MAX } else { x.to_bits() })
+}
+
+/// All operations on two vectors, as comparable bits.
+///
+/// # Safety
+/// - The processor has the instruction set of `V`.
+#[inline(always)]
+unsafe fn all<V: Vector<Array = [f32; N]>, const N: usize>(a: [f32; N], b: [f32; N]) -> ([[u32; N]; 6], [u32; 2]) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let stored = |v: V| {
+            let mut to = [0.0; N];
+            v.store(&mut to);
+            bits(to)
+        };
+        let (x, y) = (V::load(&a), V::load(&b));
+        (
+            [
+                stored(x.add(y)),
+                stored(x.sub(y)),
+                stored(x.mul(y)),
+                stored(x.min(y)),
+                stored(x.max(y)),
+                // Fused, this would be 2^-46 instead of 0 for some of the values.
+                stored(x.mul(y).sub(V::splat(a[0] * b[0]))),
+            ],
+            [x.le(y), x.lt(y)],
+        )
+    }
+}
+
+type Four = ([[u32; 4]; 6], [u32; 2]);
+type Eight = ([[u32; 8]; 6], [u32; 2]);
+
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+unsafe fn both<I: Isa>(a: [f32; 8], b: [f32; 8]) -> (Four, Eight) {
+    let half = |x: [f32; 8]| [x[0], x[1], x[2], x[3]];
+    // SAFETY: the caller's promise.
+    unsafe { (all::<I::F4, 4>(half(a), half(b)), all::<I::F8, 8>(a, b)) }
+}
+
+fn at_level(level: Level, a: [f32; 8], b: [f32; 8]) -> (Four, Eight) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use super::{Avx2, Avx512, Sse41};
+        #[target_feature(enable = "sse4.1")]
+        fn sse41(a: [f32; 8], b: [f32; 8]) -> (Four, Eight) {
+            // SAFETY: this function has the features.
+            unsafe { both::<Sse41>(a, b) }
+        }
+        #[target_feature(enable = "avx2,fma")]
+        fn avx2(a: [f32; 8], b: [f32; 8]) -> (Four, Eight) {
+            // SAFETY: this function has the features.
+            unsafe { both::<Avx2>(a, b) }
+        }
+        #[target_feature(enable = "avx2,avx512f,avx512vl,fma")]
+        fn avx512(a: [f32; 8], b: [f32; 8]) -> (Four, Eight) {
+            // SAFETY: this function has the features.
+            unsafe { both::<Avx512>(a, b) }
+        }
+        assert!(level.is_available());
+        // FMA came with AVX2; it is on here to show that nothing gets fused.
+        match level {
+            Level::Scalar => {}
+            // SAFETY: the level is available.
+            Level::Sse41 => return unsafe { sse41(a, b) },
+            // SAFETY: the level is available.
+            Level::Avx2 => return unsafe { avx2(a, b) },
+            // SAFETY: the level is available.
+            Level::Avx512 => return unsafe { avx512(a, b) },
+        }
+    }
+    assert_eq!(level, Level::Scalar);
+    // SAFETY: every processor has it.
+    unsafe { both::<Scalar>(a, b) }
+}
+
+#[test]
+fn every_level_computes_what_plain_rust_does() {
+    for level in Level::ALL.into_iter().filter(|l| !l.is_available()) {
+        eprintln!("SKIPPED: level {} (this processor does not have it)", level.name());
+    }
+    for first in 0..16 {
+        for second in 0..16 {
+            let a = std::array::from_fn(|i| VALUES[(first + i) % 16]);
+            let b = std::array::from_fn(|i| VALUES[(second + i * 3) % 16]);
+            let expected = at_level(Level::Scalar, a, b);
+            for level in Level::available() {
+                assert_eq!(at_level(level, a, b), expected, "{level:?}: {a:?} {b:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn scalar_min_and_max_give_the_second_operand_for_nan() {
+    let one = [1.0; 4];
+    let nan = [f32::NAN; 4];
+    type V = <Scalar as Isa>::F4;
+    // SAFETY: every processor has the scalar set.
+    unsafe {
+        let stored = |v: V| {
+            let mut to = [0.0; 4];
+            v.store(&mut to);
+            to[0]
+        };
+        assert_eq!(stored(V::load(&nan).min(V::load(&one))), 1.0);
+        assert_eq!(stored(V::load(&nan).max(V::load(&one))), 1.0);
+        assert!(stored(V::load(&one).min(V::load(&nan))).is_nan());
+        assert!(stored(V::load(&one).max(V::load(&nan))).is_nan());
+        assert_eq!(V::load(&nan).le(V::load(&one)) | V::load(&nan).lt(V::load(&nan)), 0);
+    }
+}
