@@ -27,8 +27,8 @@
  * the lowest. Colours are linear unless said otherwise.
  *
  * A context is used by one thread at a time: the one on which it is current. Rendering is parallel inside the library. After
- * fork() the child may go on using the context of the forking thread. The floating-point environment of the caller is
- * neither used nor changed. */
+ * fork() the child may go on using the context of the forking thread. The library does not change the floating-point
+ * environment of the caller, and flushing of denormals there does not change pictures. */
 
 /**
  * What the rts functions work on: the point being shaded and the frame around it. Valid while the shader
