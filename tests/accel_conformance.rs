@@ -206,6 +206,43 @@ fn instances_agree_with_testing_every_instance() {
     }
 }
 
+/// A cube's corners are corners of its box. Far from the origin, the rounded ray of object space passes them on another side than the
+/// ray of the world passes the box, if the box is not padded for it.
+#[test]
+fn corners_of_instances_far_away_are_not_culled() {
+    let seed = Random::seed(7);
+    let mut random = Random::new(seed);
+    let turned = Affine3A::from_rotation_y(0.5) * Affine3A::from_rotation_x(1.0);
+    for (name, spread, at, turn) in [
+        ("far place", 3.0f32, Vec3::new(1e4, -3e4, 2e4), Affine3A::IDENTITY),
+        ("far place, turned", 3.0, Vec3::new(1e5, 4e4, -1e5), turned),
+        ("far along an axis", 3.0, Vec3::new(3e4, 0.5, -0.5), Affine3A::IDENTITY),
+        ("far along an axis, turned", 3.0, Vec3::new(0.5, 3e4, -0.5), turned),
+        ("far origin", 1e5, Vec3::ZERO, Affine3A::IDENTITY),
+        ("far origin, turned", 1e5, Vec3::ZERO, turned),
+        ("flattened after a turn", 3.0, Vec3::splat(50.0), Affine3A::from_scale(Vec3::new(1.0, 1.0, 0.01)) * turned),
+    ] {
+        let placed = (0..9).map(|i| {
+            let step = Vec3::new((i % 3) as f32, (i / 3) as f32, 0.0) * 2.5;
+            (1, Affine3A::from_translation(at + step) * turn)
+        });
+        let world = World::new(vec![meshes::cube()], placed.collect());
+        let triangles = world_triangles(&world);
+        let rays: Vec<Ray> = (0..6000)
+            .map(|i| {
+                let [a, b, _] = triangles[random.below(triangles.len())];
+                let target = if i % 2 == 0 { a } else { a + (b - a) * random.unit() };
+                // Nearly in a side of the box: for other rays the padding of slab distances would do.
+                let mut out = random.vec() * 10f32.powf(-6.0 * random.unit());
+                out[random.below(3)] = random.unit() * 2.0 - 1.0;
+                let org = if i % 5 == 0 { random.vec() * spread.min(10.0) } else { target + out * spread };
+                Ray::new(org, target - org)
+            })
+            .collect();
+        check_bits(&format!("seed {seed}, {name}"), &world, &rays);
+    }
+}
+
 #[test]
 fn equal_instances_and_equal_triangles_give_the_lowest_numbers() {
     let tri = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.0), Vec3::new(0.0, 1.0, 0.0)];

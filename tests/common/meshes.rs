@@ -85,6 +85,14 @@ pub fn uv_sphere(rings: u32, around: u32) -> Mesh {
     Mesh { positions, triangles, ..Mesh::default() }
 }
 
+/// The cube `[-1, 1]³` of 12 triangles.
+pub fn cube() -> Mesh {
+    let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    Mesh { positions: (0..8).map(corner).collect(), triangles, ..Mesh::default() }
+}
+
 /// The mesh with every position changed.
 pub fn moved(mut mesh: Mesh, f: impl Fn(Vec3) -> Vec3) -> Mesh {
     for p in &mut mesh.positions {
@@ -146,11 +154,6 @@ pub fn degenerate(random: &mut Random) -> Vec<(String, Mesh)> {
             tri.map(|c| at + c * 0.1)
         }))
     });
-    add("axis-aligned cube", {
-        let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32) * 2.0 - 1.0;
-        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-        Mesh { positions: (0..8).map(corner).collect(), triangles, ..Mesh::default() }
-    });
+    add("axis-aligned cube", cube());
     list
 }
