@@ -45,8 +45,6 @@ pub struct InstanceRecord {
     pub object: Name,
     pub world_from_object: Affine3A,
     pub object_from_world: Affine3A,
-    /// Contains every point at which a ray from near the origin can be found to hit, see above. Infinite for an outlier.
-    pub bounds: Aabb,
 }
 
 /// Where an instance can be hit.

