@@ -163,8 +163,8 @@ fn find_package_in_cmake() {
         dir.join("CMakeLists.txt"),
         format!(
             "cmake_minimum_required(VERSION 3.13)\nproject(user C)\nfind_package(OpenRT {series} REQUIRED)\n\
-             add_executable(shared main.c)\ntarget_link_libraries(shared OpenRT::openrt)\n\
-             add_executable(static main.c)\ntarget_link_libraries(static OpenRT::openrt_static)\n"
+             add_executable(shared main.c)\ntarget_link_libraries(shared OpenRT::OpenRT)\n\
+             add_executable(static main.c)\ntarget_link_libraries(static OpenRT::OpenRT_static)\n"
         ),
     )
     .expect("scratch");

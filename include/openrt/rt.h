@@ -641,11 +641,12 @@ extern "C" {
  * those of main(), or NULL. They are there for back-ends that take options from the command line, which then
  * are removed from it; rendering in this process takes none.
  *
- * The environment is read here: OPENRT_NUM_THREADS (number of worker threads), OPENRT_SIMD (scalar, sse4.1,
- * avx2 or avx512: lowers the instruction set that is used), OPENRT_ACCEL (an update strategy for all objects).
+ * Variables of the environment: OPENRT_NUM_THREADS (number of worker threads; otherwise as many as the process
+ * may use), OPENRT_SIMD (scalar, sse, avx2 or avx512: lowers the instruction set that is used), OPENRT_ACCEL
+ * (bsp, sah, fast_build or refit: an update strategy for all objects). Other values are ignored.
  *
  * Errors: RT_INVALID_OPERATION when it was called before without rtExit(), or a context is current on this
- * thread; RT_INVALID_VALUE for a bad environment variable; RT_IO_ERROR when the system refuses threads.
+ * thread; RT_IO_ERROR when the system refuses threads.
  *
  * Threads: a context belongs to the thread on which it is current. All other functions work on the context
  * that is current on the calling thread, and report RT_INVALID_OPERATION when there is none.
@@ -664,8 +665,7 @@ RTAPI void rtExit(void);
  * Makes a further context, with objects, shaders, textures and frames of its own, and returns its name; 0 on
  * failure. It is not made current.
  *
- * Errors: RT_IO_ERROR when the system refuses threads, RT_INVALID_VALUE for a bad environment variable (see
- * rtInit()).
+ * Errors: RT_IO_ERROR when the system refuses threads.
  */
 RTAPI RTuint rtCreateContext(void);
 
