@@ -14,6 +14,7 @@
 //! All memory is kept from frame to frame. Cost: n log n for scenes whose instances are mostly apart.
 
 use super::Aabb;
+use super::bvh::OutOfMemory;
 use std::ops::Range;
 
 /// Planes on a path from the root at most; bounds the traversal stack.
@@ -95,7 +96,10 @@ impl TopLevelBsp {
     }
 
     /// Builds the tree anew over the boxes `box_of(i)` for the numbers `i` in `items`; all finite, none empty.
-    pub fn build(&mut self, items: &[u32], box_of: impl Fn(u32) -> Aabb) {
+    ///
+    /// # Errors
+    /// No memory for the references; the tree is then empty.
+    pub fn build(&mut self, items: &[u32], box_of: impl Fn(u32) -> Aabb) -> Result<(), OutOfMemory> {
         let Self { nodes, refs, bounds, workspace: Workspace { level, next } } = self;
         nodes.clear();
         refs.clear();
@@ -104,9 +108,13 @@ impl TopLevelBsp {
         let count = items.len();
         *bounds = items.iter().fold(Aabb::EMPTY, |all, &i| all.union(box_of(i)));
         if count == 0 {
-            return;
+            return Ok(());
         }
-        let budget = REFS_PER_INSTANCE * count;
+        let budget = count.saturating_mul(REFS_PER_INSTANCE);
+        // A cell may write the references of both children before it learns that they are over the budget.
+        let bytes = budget.saturating_mul(3 * size_of::<u32>());
+        let reserved = refs.try_reserve(budget).and(level.refs.try_reserve(budget));
+        reserved.and(next.refs.try_reserve(budget + 2 * count)).map_err(|_| OutOfMemory { bytes })?;
         level.refs.extend_from_slice(items);
         level.cells.push(Cell { node: 0, refs: 0..count, voxel: *bounds });
         nodes.push(TopNode::Leaf { first: 0, count: 0 });
@@ -124,7 +132,9 @@ impl TopLevelBsp {
                 let split = plane.and_then(|(axis, plane)| {
                     let lower = next.push_side(here, |i| is_below(&box_of(i), axis, plane));
                     let upper = next.push_side(here, |i| box_of(i).hi[axis] > plane);
-                    let fits = kept - here.len() + next.refs.len() <= budget;
+                    let fits = kept - here.len() + next.refs.len() <= budget
+                        && nodes.try_reserve(2).is_ok()
+                        && next.cells.try_reserve(2).is_ok();
                     if !fits {
                         next.refs.truncate(lower.start);
                     }
@@ -152,6 +162,7 @@ impl TopLevelBsp {
             std::mem::swap(level, next);
             next.clear();
         }
+        Ok(())
     }
 }
 
@@ -224,7 +235,7 @@ mod tests {
 
     fn rebuild(tree: &mut TopLevelBsp, boxes: &[Aabb]) {
         let items: Vec<u32> = (0..boxes.len() as u32).collect();
-        tree.build(&items, |i| boxes[i as usize]);
+        tree.build(&items, |i| boxes[i as usize]).expect("memory");
     }
 
     /// Every box is in every leaf that it reaches into; returns (leaves, largest leaf, depth).

@@ -32,7 +32,8 @@ pub struct UpdateStats {
     pub bytes: u64,
     /// Instances, world boxes and the top-level BSP.
     pub top_level_seconds: f64,
-    /// Bytes that could not be had for an object's structure; the object is invisible. 0 if all went well.
+    /// Bytes that could not be had for an object's structure, which is then invisible, or for the top level: nothing is visible
+    /// then. 0 if all went well.
     pub out_of_memory: u64,
 }
 
@@ -134,7 +135,9 @@ impl TwoLevel {
         let begin = Instant::now();
         self.place(scene, instances, &mut stats);
         let Self { top_level, boxes, boxed, .. } = self;
-        top_level.build(boxed, |i| boxes[i as usize]);
+        if let Err(error) = top_level.build(boxed, |i| boxes[i as usize]) {
+            stats.out_of_memory += error.bytes as u64;
+        }
         stats.top_level_seconds = begin.elapsed().as_secs_f64();
         stats.bytes = (self.objects.iter().map(ObjectAccel::memory_bytes).sum::<usize>()
             + self.top_level.memory_bytes()
@@ -203,6 +206,12 @@ impl TwoLevel {
         self.outliers.clear();
         self.boxed.clear();
         let mut origin_error = DMat3::ZERO;
+        let count = instances.len();
+        let reserved = self.instances.try_reserve(count).and(self.boxes.try_reserve(count));
+        if reserved.and(self.boxed.try_reserve(count)).and(self.outliers.try_reserve(count)).is_err() {
+            stats.out_of_memory += (count * size_of::<InstanceRecord>()) as u64;
+            return;
+        }
         for (number, instance) in instances.iter().enumerate() {
             let Some(&slot) = self.slot_of.get(&instance.object) else { continue };
             let object_bounds = self.objects[slot as usize].bounds();
@@ -241,4 +250,95 @@ impl TwoLevel {
 /// Component by component.
 fn larger(a: DMat3, b: DMat3) -> DMat3 {
     DMat3::from_cols(a.x_axis.max(b.x_axis), a.y_axis.max(b.y_axis), a.z_axis.max(b.z_axis))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::Structure;
+    use crate::accel::test_meshes::{Random, bumpy_sphere, soup};
+    use crate::scene::{Command, Mesh, Motion};
+    use glam::Affine3A;
+
+    fn scene(mesh: Mesh, motion: Motion) -> Scene {
+        let mut scene = Scene::default();
+        scene.apply(Command::DefineObject { name: 1, mesh, motion });
+        scene
+    }
+
+    fn shake(scene: &mut Scene, random: &mut Random, size: f32) {
+        let positions = scene.objects[&1].mesh.positions.iter().map(|p| *p + random.vec() * size).collect();
+        scene.apply(Command::UpdatePositions { name: 1, first: 0, positions });
+    }
+
+    const HERE: [Instance; 1] = [Instance { object: 1, world_from_object: Affine3A::IDENTITY }];
+
+    fn world(strategy: Strategy) -> TwoLevel {
+        let mut world = TwoLevel::new(Level::Scalar);
+        world.force_strategy(Some(strategy));
+        world
+    }
+
+    #[test]
+    fn moving_vertices_are_refit_until_the_tree_is_worn() {
+        let mut random = Random::new(1);
+        let mut scene = scene(bumpy_sphere(20, 30), Motion::Unstructured);
+        let mut world = world(Strategy::Auto);
+        let mut update = |scene: &Scene| {
+            let stats = world.update(scene, &HERE);
+            (stats.objects_built, stats.objects_refitted)
+        };
+        assert_eq!(update(&scene), (1, 0));
+        assert_eq!(update(&scene), (0, 0));
+        shake(&mut scene, &mut random, 1e-3);
+        assert_eq!(update(&scene), (0, 1));
+        // Far from what it was built for.
+        shake(&mut scene, &mut random, 2.0);
+        assert_eq!(update(&scene), (1, 0));
+        shake(&mut scene, &mut random, 1e-3);
+        assert_eq!(update(&scene), (0, 1));
+        scene.apply(Command::DefineObject { name: 1, mesh: bumpy_sphere(5, 5), motion: Motion::Unstructured });
+        assert_eq!(update(&scene), (1, 0));
+    }
+
+    #[test]
+    fn every_strategy_answers_a_vertex_update_its_own_way() {
+        let mut random = Random::new(2);
+        for (strategy, built, refitted) in
+            [(Strategy::Sah, 1, 0), (Strategy::FastBuild, 1, 0), (Strategy::Refit, 0, 1), (Strategy::Bsp, 1, 0)]
+        {
+            let mut scene = scene(bumpy_sphere(8, 9), Motion::Affine);
+            let mut world = world(strategy);
+            assert_eq!(world.update(&scene, &HERE).objects_built, 1);
+            assert_eq!(matches!(world.objects()[0].structure(), Structure::Bsp(_)), strategy == Strategy::Bsp);
+            shake(&mut scene, &mut random, 3.0);
+            let stats = world.update(&scene, &HERE);
+            assert_eq!((stats.objects_built, stats.objects_refitted), (built, refitted), "{}", strategy.name());
+        }
+    }
+
+    #[test]
+    fn only_what_is_shown_is_built_and_only_what_exists_is_kept() {
+        let mut random = Random::new(3);
+        let mut scene = scene(soup(&mut random, 500, 0.1), Motion::Affine);
+        scene.apply(Command::DefineObject { name: 2, mesh: soup(&mut random, 500, 0.1), motion: Motion::Affine });
+        let mut world = world(Strategy::Sah);
+        let both = [1, 2, 1].map(|object| Instance { object, world_from_object: Affine3A::IDENTITY });
+        let one = world.update(&scene, &HERE);
+        assert_eq!((one.objects_built, one.triangles), (1, 500));
+        let two = world.update(&scene, &both);
+        assert_eq!((two.objects_built, two.triangles), (1, 1500));
+        assert!(two.bytes > one.bytes + 20_000);
+        // Hidden, it stays; deleted, it goes, and its slot is used again.
+        assert!(world.update(&scene, &HERE).bytes > one.bytes + 20_000);
+        scene.apply(Command::DeleteObjects { first: 2, count: 1 });
+        let after = world.update(&scene, &both);
+        assert_eq!((after.objects_built, world.instances().len()), (0, 2));
+        assert!(after.bytes < one.bytes + 5_000, "{} bytes, {} with one object", after.bytes, one.bytes);
+        scene.apply(Command::DefineObject { name: 3, mesh: soup(&mut random, 10, 0.1), motion: Motion::Affine });
+        let third = [Instance { object: 3, world_from_object: Affine3A::IDENTITY }];
+        assert_eq!(world.update(&scene, &third).objects_built, 1);
+        assert_eq!(world.objects().len(), 2);
+        assert!(world.update(&scene, &[]).triangles == 0 && world.instances().is_empty());
+    }
 }
