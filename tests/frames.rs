@@ -190,6 +190,25 @@ fn vertices_move_by_the_number_they_were_given() {
 }
 
 #[test]
+fn typed_meshes_are_drawn_whole_or_not_at_all() {
+    let mut cx = context();
+    let positions =
+        [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0), (0.0, 0.0)].map(|(x, y)| Vec3::new(x, y, -2.0));
+    let mesh = TriangleMesh { positions: &positions, triangles: &[[0, 1, 2], [2, 3, 0]], ..TriangleMesh::default() };
+    cx.new_object(5, Mode::CompileAndInstantiate, Motion::Unstructured).unwrap();
+    for bad in [TriangleMesh { triangles: &[[0, 1, 5]], ..mesh }, TriangleMesh { normals: &[Vec3::Z; 4], ..mesh }] {
+        assert_eq!(code_of(cx.draw_mesh(&bad)), Some(InvalidValue));
+    }
+    cx.draw_mesh(&mesh).unwrap();
+    cx.draw_mesh(&TriangleMesh { normals: &[Vec3::Z; 5], ..mesh }).unwrap();
+    cx.end_object().unwrap();
+    let info = cx.get_object_parameters(5).unwrap();
+    assert_eq!((info.vertex_count, info.triangle_count, info.has_normals), (10, 4, true));
+    cx.render().unwrap();
+    assert!(read(&mut cx, PixelKind::ObjectId).chunks_exact(4).all(|id| id == 5u32.to_ne_bytes()));
+}
+
+#[test]
 fn degenerate_geometry_and_matrices_harm_nobody() {
     let mut cx = context();
     cx.new_object(7, Mode::Compile, Motion::Affine).unwrap();

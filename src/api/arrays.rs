@@ -75,11 +75,6 @@ pub struct VertexArray<'a> {
 }
 
 impl<'a> VertexArray<'a> {
-    /// An array of `size` floats per vertex without gaps.
-    pub fn floats<const N: usize>(values: &'a [[u8; N]], size: u32) -> Self {
-        Self { size, component: Component::Float, stride: 0, bytes: values.as_flattened() }
-    }
-
     fn step(&self) -> usize {
         if self.stride == 0 { self.element_bytes() } else { self.stride }
     }
@@ -263,7 +258,7 @@ impl Context {
     }
 
     /// Runs `draw`; on failure the mesh is what it was before.
-    fn all_or_nothing(&mut self, draw: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
+    pub(super) fn all_or_nothing(&mut self, draw: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
         self.open_captures()?;
         self.place_normal();
         let mark = self.builder.mark()?;

@@ -49,6 +49,39 @@ pub type ErrorCallback = Box<dyn FnMut(ErrorCode, &str) + Send>;
 /// | `new_object`, `instantiate_object`, frames and queries | no | no |
 /// | everything else | no | yes |
 ///
+/// Immediate mode, as in OpenGL:
+///
+/// ```
+/// use openrt::Context;
+/// use openrt::api::glam::DVec3;
+/// use openrt::api::{Mode, Motion, Primitive, Result};
+///
+/// fn main() -> Result<()> {
+///     let mut cx = Context::new()?;
+///     cx.set_frame_size(64, 64)?;
+///     let object = cx.gen_objects(1)?;
+///     cx.new_object(object, Mode::Compile, Motion::Affine)?;
+///     cx.begin(Primitive::Triangles)?;
+///     cx.vertex3(-1.0, -1.0, 0.0)?;
+///     cx.vertex3(1.0, -1.0, 0.0)?;
+///     cx.vertex3(0.0, 1.0, 0.0)?;
+///     cx.end()?;
+///     cx.end_object()?;
+///     for frame in 0..3 {
+///         cx.load_identity()?;
+///         cx.translate(DVec3::new(0.0, 0.0, -3.0))?;
+///         cx.rotate(30.0 * f64::from(frame), DVec3::Y)?;
+///         cx.instantiate_object(object)?;
+///         let stats = cx.render()?;
+///         assert_eq!(stats.triangles, 1);
+///     }
+///     assert_eq!(cx.pick(32.0, 32.0)?.map(|hit| hit.object), Some(object));
+///     Ok(())
+/// }
+/// ```
+///
+/// Whole meshes go in by [`Context::draw_mesh`]; deforming ones move by [`Context::update_vertices`].
+///
 /// A context is used by one thread at a time, and rendering is parallel inside it. Dropping it waits for the frame in flight.
 pub struct Context {
     pub(super) backend: Local,
@@ -88,7 +121,7 @@ impl Context {
     /// A context with the default configuration.
     ///
     /// # Errors
-    /// `Io` when the system refuses worker threads, `InvalidValue` for a bad environment variable.
+    /// `Io` when the system refuses worker threads.
     pub fn new() -> Result<Self> {
         Self::with_config(Config::default())
     }

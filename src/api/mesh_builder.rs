@@ -109,6 +109,13 @@ impl MeshBuilder {
         Ok(())
     }
 
+    /// Appends a triangle between vertices of the mesh.
+    pub fn triangle(&mut self, corners: [u32; 3], shader: Name, captures: &[Capture]) -> Result<()> {
+        self.reserve_triangles(captures)?;
+        self.push_triangle(corners, shader, captures);
+        Ok(())
+    }
+
     /// Appends a vertex and returns its number.
     #[inline]
     pub fn push_vertex(&mut self, vertex: &Vertex, captures: &[Capture]) -> Result<u32> {

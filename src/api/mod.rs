@@ -26,6 +26,7 @@ mod state;
 mod target;
 mod texture_image;
 mod textures;
+mod typed_mesh;
 
 pub use arrays::{Component, Indices, VertexArray, VertexArrays, decode_vectors};
 pub use assembler::Primitive;
@@ -39,6 +40,10 @@ pub use state::{Capability, MAX_RAY_DEPTH, MAX_SAMPLES, State, StateString, Stat
 pub use target::MAX_FRAME_SIZE;
 pub use texture_image::{ImageDesc, ImageFormat};
 pub use textures::{MAX_TEXTURE_SIZE, TextureInfo, TextureParameter};
+pub use typed_mesh::TriangleMesh;
+
+/// The vectors and matrices of the API are of this version of `glam`.
+pub use glam;
 
 // The plain types of the rooms below that appear in the methods of `Context`.
 pub use crate::backend::Level;
