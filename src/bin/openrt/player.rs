@@ -5,8 +5,8 @@
 
 use crate::args::{Options, Renderer, Switch};
 use crate::scene::{
-    Camera, Deform, Deformed, LightKind, Material, Object, Pose, Projection, SceneFile, TextureData, TextureSource,
-    View,
+    Background, Camera, Deform, Deformed, LightKind, Material, Object, Pose, Projection, SceneFile, TextureData,
+    TextureSource, View,
 };
 use glam::{DMat4, DVec3, Vec3, Vec4};
 use image::{ImageReader, Limits};
@@ -87,7 +87,13 @@ impl Player {
             context.parameter_i(handle, &[0])?;
         }
         context.use_rendering_object(renderer)?;
-        context.clear_color(self.scene.background.extend(1.0).to_array())?;
+        match self.scene.background {
+            Background::Color(color) => context.clear_color(color.extend(1.0).to_array())?,
+            Background::Sky => {
+                let sky = shaders.make(context, "gradient")?;
+                context.use_environment_shader(sky)?;
+            }
+        }
         let textures = self.textures()?;
         let context = &mut self.context;
         let mut surfaces = Vec::new();
@@ -231,7 +237,7 @@ impl CameraChoice {
                 context.ortho(-h * aspect, h * aspect, -h, h, 0.1, 1e3)?;
             }
         }
-        context.look_at(view.from, view.from + view.forward.normalize_or(DVec3::NEG_Z), view.up)
+        context.look_at(view.from, view.from + view.forward.normalize_or_zero(), view.up)
     }
 }
 

@@ -19,8 +19,9 @@ use super::builder::{Baked, Builder, MaterialTable};
 use super::files::{self, Tree};
 use super::lexer::{Lexer, show};
 use crate::scene::{
-    Animation, Camera, KeyedTransform, Light, LightKind, Local, Material, Node, PositionKey, PositionSpline,
-    Projection, RotationKey, RotationSpline, SceneFile, Tcb, TextureData, TextureSource, View, VisibilityKey,
+    Animation, Background, Camera, KeyedTransform, Light, LightKind, Local, Material, Node, PositionKey,
+    PositionSpline, Projection, RotationKey, RotationSpline, SceneFile, Tcb, TextureData, TextureSource, View,
+    VisibilityKey,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::collections::HashMap;
@@ -96,6 +97,7 @@ pub fn load(path: &Path, detail: f64) -> Result<SceneFile, LoadError> {
         textures: HashMap::new(),
         view: None,
     };
+    aff.scene.background = Background::Color(Vec3::ZERO);
     aff.file(path)?;
     Ok(aff.finish())
 }
@@ -132,7 +134,7 @@ impl Aff {
     fn statement(&mut self, word: &[u8], lexer: &mut Lexer, blocks: &mut Vec<Block>) -> Result<(), LoadError> {
         match word {
             b"v" => self.view = Some(view(lexer)?),
-            b"b" => self.scene.background = Vec3::from_array(lexer.floats("a background colour")?),
+            b"b" => self.scene.background = Background::Color(Vec3::from_array(lexer.floats("a background colour")?)),
             b"am" => self.scene.ambient = Vec3::from_array(lexer.floats("an ambient colour")?),
             b"l" => self.light(lexer, None)?,
             b"la" => {

@@ -424,7 +424,8 @@ fn add_light(scene: &mut SceneFile, node: &gltf::Node, index: u32) {
     scene.lights.push(Light {
         name: light.name().or(node.name()).unwrap_or("light").to_string(),
         kind,
-        color: Vec3::from_array(light.color()) * light.intensity(),
+        // Candela or lux; the library counts in what a white surface reflects, which is a π-th.
+        color: Vec3::from_array(light.color()) * light.intensity() / std::f32::consts::PI,
         position: DVec3::ZERO,
         direction: DVec3::NEG_Z,
         node: Some(index),

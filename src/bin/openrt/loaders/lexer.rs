@@ -10,29 +10,30 @@ pub struct Lexer<'a> {
     path: &'a Path,
     bytes: &'a [u8],
     position: usize,
-    line: u32,
+    /// Line of the next byte.
+    next_line: u32,
     /// Line of the word read last.
-    word_line: u32,
+    line: u32,
 }
 
 impl<'a> Lexer<'a> {
     pub fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
-        Self { path, bytes, position: 0, line: 1, word_line: 1 }
+        Self { path, bytes, position: 0, next_line: 1, line: 1 }
     }
 
     /// Line of the word read last.
     pub fn line(&self) -> u32 {
-        self.word_line
+        self.line
     }
 
     pub fn error(&self, message: impl Into<String>) -> LoadError {
-        LoadError::new(self.path, Some(self.word_line), message)
+        LoadError::new(self.path, Some(self.line), message)
     }
 
     fn skip_blank(&mut self) {
         while let Some(&b) = self.bytes.get(self.position) {
             match b {
-                b'\n' => self.line += 1,
+                b'\n' => self.next_line += 1,
                 b'#' | b'%' => {
                     self.skip_line();
                     continue;
@@ -53,7 +54,7 @@ impl<'a> Lexer<'a> {
     /// The next word; `None` at the end of the file.
     pub fn word(&mut self) -> Option<&'a [u8]> {
         self.skip_blank();
-        self.word_line = self.line;
+        self.line = self.next_line;
         let start = self.position;
         let rest = &self.bytes[start..];
         let length = match rest.first()? {

@@ -1,7 +1,7 @@
 //! Grammar, faults and hostile files, for all formats.
 
 use super::{LoadError, load, read};
-use crate::scene::{Deform, Local, Projection, SceneFile};
+use crate::scene::{Background, Deform, Local, Projection, SceneFile};
 use glam::{DVec3, Vec3};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -59,7 +59,7 @@ fn every_statement_is_understood() {
     assert_eq!((c.translation_keys, c.rotation_keys, c.scale_keys, c.visibility_keys), (12, 4, 4, 2));
     assert_eq!(scene.named_transforms, ["flap"]);
     assert_eq!(scene.textures.len(), 1, "one texture, used four times");
-    assert_eq!(scene.background, Vec3::new(0.2, 0.3, 0.4));
+    assert_eq!(scene.background, Background::Color(Vec3::new(0.2, 0.3, 0.4)));
     assert_eq!(scene.ambient, Vec3::splat(0.5));
     assert_eq!(scene.animation.map(|a| (a.start, a.end, a.frames)), Some((0.0, 2.0, 21)));
     let camera = &scene.cameras[0];

@@ -42,6 +42,14 @@ impl Animation {
     }
 }
 
+/// What rays see that leave the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Background {
+    Color(Vec3),
+    /// A mild sky, for formats that do not know of a background: metals need something to mirror.
+    Sky,
+}
+
 /// What the file said, for `openrt info`; counted with included files expanded.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Counts {
@@ -83,7 +91,7 @@ pub struct SceneFile {
     pub lights: Vec<Light>,
     /// The first camera is the one that is used.
     pub cameras: Vec<Camera>,
-    pub background: Vec3,
+    pub background: Background,
     /// Multiplies the ambient colour of every material.
     pub ambient: Vec3,
     pub animation: Option<Animation>,
@@ -109,7 +117,7 @@ impl SceneFile {
             textures: Vec::new(),
             lights: Vec::new(),
             cameras: Vec::new(),
-            background: Vec3::ZERO,
+            background: Background::Sky,
             ambient: Vec3::ONE,
             animation: None,
             named_transforms: Vec::new(),
