@@ -428,9 +428,9 @@ fn draw(context: &mut Context, object: &Object, vertices: &[u32], indices: &[u8]
 /// Moves the vertices of a deforming object.
 fn update(context: &mut Context, placed: &Placed, deformed: &Deformed) -> Result<(), Error> {
     let pick = |values: &[Vec3]| -> Vec<Vec3> { placed.sources.iter().map(|&v| values[v as usize]).collect() };
-    context.update_vertices(placed.name, 0, &pick(&deformed.positions))?;
+    context.update_vertices(placed.name, 0, pick(&deformed.positions))?;
     if placed.has_normals && !deformed.normals.is_empty() {
-        context.update_normals(placed.name, 0, &pick(&deformed.normals))?;
+        context.update_normals(placed.name, 0, pick(&deformed.normals))?;
     }
     Ok(())
 }
