@@ -188,6 +188,14 @@ fn a_folder_is_numbered() {
 }
 
 #[test]
+fn a_range_beyond_the_end_is_cut() {
+    let folder = Folder::new();
+    let text =
+        ok(&["play", &data("every.aff"), "--frames", "0..800:15", "--size", "8x6", "--out", &folder.path("f%d.png")]);
+    assert!(text.contains("the animation ends with frame 20") && text.contains("2 frames in"), "{text}");
+}
+
+#[test]
 fn options_reach_the_picture() {
     let folder = Folder::new();
     let render = |name: &str, options: &[&str]| {
@@ -251,7 +259,7 @@ fn what_cannot_be_done_ends_with_1() {
     assert!(fails(&["render", &folder.path("none.aff"), "--out", &out], 1).contains("none.aff"));
     assert!(fails(&["render", &scene, "--out", &folder.path("x.bmp")], 1).contains("unknown kind of picture"));
     assert!(fails(&["render", &scene, "--frame", "21", "--out", &out], 1).contains("frames 0 to 20"));
-    assert!(fails(&["play", &scene, "--frames", "0..50", "--out", &out], 1).contains("frames 0 to 20"));
+    assert!(fails(&["play", &scene, "--frames", "30..50", "--out", &out], 1).contains("frames 0 to 20"));
     assert!(fails(&["render", &scene, "--out", "/proc/none/x.png"], 1).contains("/proc/none"));
     assert!(fails(&["render", &scene, "--eye", "0,1,0", "--at", "0,1,0", "--out", &out], 1).contains("look_at"));
 }

@@ -34,10 +34,7 @@ pub fn render(args: RenderArgs) -> Result<(), String> {
 pub fn play(args: PlayArgs) -> Result<(), String> {
     let scene = load(&args.scene, &args.options)?;
     let size = size_of(&scene, &args.options);
-    let range = args.frames.unwrap_or_else(|| {
-        let end = scene.animation.map_or(1, |a| a.frames);
-        FrameRange { start: 0, end, step: 1 }
-    });
+    let range = frame_range(args.frames, scene.animation, args.options.quiet)?;
     let frames: Result<Vec<_>, String> = range.frames().map(|f| Ok((f, frame_time(&scene, f)?))).collect();
     let frames = frames?;
     let delay = match args.fps {
@@ -47,6 +44,23 @@ pub fn play(args: PlayArgs) -> Result<(), String> {
     let output = Output::animation(args.out, size, frames.len() as u32, delay)?;
     let player = player(scene, &args.options, size)?;
     run(player, output, &frames, &args.options)
+}
+
+/// The frames wanted, as far as the animation has them.
+fn frame_range(wanted: Option<FrameRange>, animation: Option<Animation>, quiet: bool) -> Result<FrameRange, String> {
+    let count = animation.map_or(1, |a| a.frames);
+    let Some(mut range) = wanted else { return Ok(FrameRange { start: 0, end: count, step: 1 }) };
+    // A file without animation shows the same picture as often as it is asked for.
+    if animation.is_some() && range.end > count {
+        if range.start >= count {
+            return Err(format!("frame {} does not exist: the animation has frames 0 to {}", range.start, count - 1));
+        }
+        if !quiet {
+            println!("the animation ends with frame {}", count - 1);
+        }
+        range.end = count;
+    }
+    Ok(range)
 }
 
 /// Time between two pictures on the scene's own clock, within what can be watched.

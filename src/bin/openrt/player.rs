@@ -201,7 +201,10 @@ impl Player {
 
     fn read(&mut self, format: PixelFormat) -> Result<Vec<u8>, String> {
         let [width, height] = self.context.frame_size().map_err(|e| e.to_string())?;
-        let mut bytes = vec![0; width as usize * height as usize * format.bytes_per_pixel()];
+        let length = width as usize * height as usize * format.bytes_per_pixel();
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(length).map_err(|_| "no memory for the picture".to_string())?;
+        bytes.resize(length, 0);
         self.context
             .read_pixels(0, 0, width, height, PixelKind::Color(format), 0, &mut bytes)
             .map_err(|e| e.to_string())?;
