@@ -1,6 +1,6 @@
 //! The C face: every function of `<openrt/rt.h>`, one file per group, each a few lines long.
 //!
-//! An export reads its pointers in its first lines ([`pointer`]), then runs inside [`guard`], which finds the
+//! An export reads its pointers in its first lines (`pointer`), then runs inside `guard`, which finds the
 //! context that is current on the calling thread, catches panics, and records errors. What travels further is
 //! safe: numbers, slices, `TryFrom`-checked enums. No pointer to anything of ours leaves, except strings that
 //! the manual gives a lifetime.
