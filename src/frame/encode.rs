@@ -27,8 +27,8 @@ impl Target {
 
 /// Encodes `colors` (linear RGBA) one after the other into `out`, as many as fit.
 ///
-/// 8-bit channels are clamped to [0, 1] and rounded; colour goes through the sRGB curve when `srgb` is set, alpha never does.
-/// Float channels are stored as they are, linear.
+/// 8-bit channels are clamped to [0, 1] and rounded; colour goes through the sRGB curve when `srgb` is set, alpha
+/// never does. Float channels are stored as they are, linear.
 pub fn encode_pixels(format: PixelFormat, srgb: bool, colors: impl Iterator<Item = [f32; 4]>, out: &mut [u8]) {
     let curve = if srgb { srgb::encode_srgb8 } else { srgb::encode_linear8 };
     for (color, pixel) in colors.zip(out.chunks_exact_mut(format.bytes_per_pixel())) {

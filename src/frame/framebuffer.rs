@@ -1,7 +1,8 @@
 //! The picture in linear floats, stored tile by tile.
 //!
-//! Tile-major storage lets threads own disjoint slices (`chunks_mut`) without locks or `unsafe`, and keeps the memory that a
-//! thread writes together. Tiles at the right and upper border are stored whole; their outer pixels are never shown.
+//! Tile-major storage lets threads own disjoint slices (`chunks_mut`) without locks or `unsafe`, and keeps the memory
+//! that a thread writes together. Tiles at the right and upper border are stored whole; their outer pixels are never
+//! shown.
 
 use std::fmt;
 

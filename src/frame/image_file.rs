@@ -69,8 +69,8 @@ fn format_of(path: &Path) -> Option<FileFormat> {
     })
 }
 
-/// Writes the picture; the extension chooses the format. PNG, JPEG (quality 92) and PPM get 8-bit RGB, through the sRGB curve
-/// when `srgb` is set; EXR gets linear RGBA floats and HDR linear RGB.
+/// Writes the picture; the extension chooses the format. PNG, JPEG (quality 92) and PPM get 8-bit RGB, through the
+/// sRGB curve when `srgb` is set; EXR gets linear RGBA floats and HDR linear RGB.
 pub fn write_image(path: &Path, picture: &Framebuffer, srgb: bool) -> Result<(), ImageFileError> {
     let format = format_of(path).ok_or_else(|| ImageFileError::UnknownFormat { path: path.into() })?;
     let (width, height) = (picture.width(), picture.height());

@@ -1,7 +1,8 @@
 //! Colours to pixels.
 //!
-//! The renderer fills a [`Framebuffer`] of linear floats, tile by tile; every finished tile is encoded for the application's image
-//! ([`Target`]) at once. Rows count from the bottom, as in OpenGL, everywhere but in image files and in targets that ask for it.
+//! The renderer fills a [`Framebuffer`] of linear floats, tile by tile; every finished tile is encoded for the
+//! application's image ([`Target`]) at once. Rows count from the bottom, as in OpenGL, everywhere but in image files
+//! and in targets that ask for it.
 #![forbid(unsafe_code)]
 
 pub mod srgb;

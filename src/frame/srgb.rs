@@ -1,8 +1,8 @@
 //! The sRGB transfer curve (IEC 61966-2-1), both ways, by table.
 //!
-//! Both tables are exact. Decoding has only 256 inputs. Encoding rounds to the nearest code: code `k` begins at the linear
-//! value of `(k − ½)/255`, the threshold. Thresholds are nowhere closer than 1/(255·12.92), so a bucket of width 1/4096
-//! holds at most one: look up the bucket's first code, then compare with one threshold.
+//! Both tables are exact. Decoding has only 256 inputs. Encoding rounds to the nearest code: code `k` begins at the
+//! linear value of `(k − ½)/255`, the threshold. Thresholds are nowhere closer than 1/(255·12.92), so a bucket of
+//! width 1/4096 holds at most one: look up the bucket's first code, then compare with one threshold.
 
 use std::sync::LazyLock;
 

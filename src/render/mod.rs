@@ -1,4 +1,5 @@
-//! The conductor of one frame: bring the structures up to date, bind the shaders, trace and shade the tiles, deliver their pixels.
+//! The conductor of one frame: bring the structures up to date, bind the shaders, trace and shade the tiles, deliver
+//! their pixels.
 //!
 //! All parallel work runs on the calling thread's rayon pool; enter it with [`crate::threads::Pool::install`].
 #![forbid(unsafe_code)]

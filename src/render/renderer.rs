@@ -13,10 +13,11 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Renders frames of one scene, one after the other, and keeps what the next frame can use again: acceleration structures, mip-map
-/// chains, and the picture.
+/// Renders frames of one scene, one after the other, and keeps what the next frame can use again: acceleration
+/// structures, mip-map chains, and the picture.
 ///
-/// The picture depends on nothing but the scene and the frame's description; not on threads, nor on the instruction set.
+/// The picture depends on nothing but the scene and the frame's description; not on threads, nor on the instruction
+/// set.
 pub struct Renderer {
     world: TwoLevel,
     framebuffer: Framebuffer,
@@ -60,10 +61,11 @@ impl Renderer {
         }
     }
 
-    /// Renders a frame into the framebuffer, and tile by tile into `target`. Call it inside the pool that shall do the work.
+    /// Renders a frame into the framebuffer, and tile by tile into `target`. Call it inside the pool that shall do
+    /// the work.
     ///
-    /// When `cancel` becomes true, tiles not yet begun keep what they showed before, and the statistics say so. On an error
-    /// nothing was rendered.
+    /// When `cancel` becomes true, tiles not yet begun keep what they showed before, and the statistics say so. On an
+    /// error nothing was rendered.
     pub fn render(
         &mut self,
         scene: &Scene,
@@ -105,8 +107,9 @@ impl Renderer {
         &self.framebuffer
     }
 
-    /// What the last frame's camera sees at (`x`, `y`), in pixels of the framebuffer from its lower left corner; the centre of the first
-    /// pixel is (0.5, 0.5). Holes of cut-out surfaces are looked through. None outside the viewport and where nothing is hit.
+    /// What the last frame's camera sees at (`x`, `y`), in pixels of the framebuffer from its lower left corner; the
+    /// centre of the first pixel is (0.5, 0.5). Holes of cut-out surfaces are looked through. None outside the
+    /// viewport and where nothing is hit.
     pub fn pick(&self, scene: &Scene, x: f32, y: f32) -> Option<Hit> {
         let (camera, viewport) = &self.view;
         let size = Vec2::new(viewport.width as f32, viewport.height as f32);

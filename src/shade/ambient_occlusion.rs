@@ -1,4 +1,5 @@
-//! `ambient_occlusion`: how much of the sky each point sees (Zhukov, Iones, Kronin, *An Ambient Light Illumination Model*, 1998), weighted by the cosine.
+//! `ambient_occlusion`: how much of the sky each point sees (Zhukov, Iones, Kronin, *An Ambient Light Illumination
+//! Model*, 1998), weighted by the cosine.
 //!
 //! The estimator is the share of cosine-distributed rays that escape: unbiased, and exactly 1 where nothing is near.
 

@@ -1,9 +1,9 @@
 //! Parameter blocks of the user's shader programs.
 //!
-//! A block is what the C side sees as a struct: every parameter at the offset its class declares, in native byte order. Ints and floats
-//! take 4 bytes per component, a matrix 64 (column-major), a texture its 4-byte name, a raw parameter its size, and a
-//! string the address of a NUL-terminated copy that lives as long as the frame. Blocks begin at multiples of 16 bytes. Parameters that do not fit into
-//! the block are left out.
+//! A block is what the C side sees as a struct: every parameter at the offset its class declares, in native byte
+//! order. Ints and floats take 4 bytes per component, a matrix 64 (column-major), a texture its 4-byte name, a raw
+//! parameter its size, and a string the address of a NUL-terminated copy that lives as long as the frame. Blocks
+//! begin at multiples of 16 bytes. Parameters that do not fit into the block are left out.
 
 use crate::scene::{Mesh, Name, ParamDef, ParamScope, ParamType, ParamValue, Shader, ShaderClass};
 use std::ffi::CString;
@@ -42,8 +42,8 @@ impl Block {
         &self.storage[self.start..self.start + self.len]
     }
 
-    /// Fills `scratch` with the block as triangle `prim` sees it: with its values of the mesh's parameter streams. `weights` are those
-    /// of the corners. Returns where in `scratch` the block lies.
+    /// Fills `scratch` with the block as triangle `prim` sees it: with its values of the mesh's parameter streams.
+    /// `weights` are those of the corners. Returns where in `scratch` the block lies.
     pub fn patched<'s>(
         &self,
         scratch: &'s mut Vec<u8>,

@@ -105,8 +105,9 @@ impl Camera {
         Self { kind: Kind::User { program, block }, ..Self::default() }
     }
 
-    /// The ray through `screen`, both coordinates in [0, 1), (0, 0) the lower left; its direction has unit length. `aspect` is the
-    /// viewport's, `lens` a point of the unit square that chooses the point of the lens. None leaves the pixel clear.
+    /// The ray through `screen`, both coordinates in [0, 1), (0, 0) the lower left; its direction has unit length.
+    /// `aspect` is the viewport's, `lens` a point of the unit square that chooses the point of the lens. None leaves
+    /// the pixel clear.
     pub fn primary_ray(&self, screen: Vec2, aspect: f32, lens: Vec2) -> Option<PrimaryRay> {
         let aspect = if self.aspect > 0.0 { self.aspect } else { aspect };
         let world = |p: Vec3| self.right * p.x + self.up * p.y + self.forward * p.z;

@@ -1,7 +1,7 @@
 //! The built-in shader classes: their names, parameters and defaults. The C header's manual repeats this table.
 //!
-//! Colours are linear RGB. A *base colour* is `color` (or `diffuse`) × texture × vertex colour. `texture` and `alpha_texture` are
-//! texture names, 0 = none. Lengths are in world units, angles in degrees.
+//! Colours are linear RGB. A *base colour* is `color` (or `diffuse`) × texture × vertex colour. `texture` and
+//! `alpha_texture` are texture names, 0 = none. Lengths are in world units, angles in degrees.
 //!
 //! | surface | parameters |
 //! |---|---|
@@ -16,9 +16,10 @@
 //! | `normals` | the shading normal as a colour, ½(n + 1) |
 //! | `wireframe` | `color` 0 0 0 on the triangle's edges, `background` 1 1 1, `thickness` 1.5 (pixels) |
 //!
-//! Opacity: alpha is vertex alpha × texture alpha × alpha-texture's red. With an `alpha_threshold` above 0, points whose alpha lies below it
-//! do not exist, for shadows too, and all others are opaque. `opacity` blends with what lies behind, without refraction.
-//! NFF's `f r g b Kd Ks shine T ior` is `phong` with `diffuse` Kd·rgb, `specular` and `reflection` Ks·rgb, `shininess`, `transmission` T, `ior`.
+//! Opacity: alpha is vertex alpha × texture alpha × alpha-texture's red. With an `alpha_threshold` above 0, points
+//! whose alpha lies below it do not exist, for shadows too, and all others are opaque. `opacity` blends with what
+//! lies behind, without refraction. NFF's `f r g b Kd Ks shine T ior` is `phong` with `diffuse` Kd·rgb, `specular`
+//! and `reflection` Ks·rgb, `shininess`, `transmission` T, `ior`.
 //!
 //! | light | parameters |
 //! |---|---|
@@ -28,9 +29,10 @@
 //! | `spot` | `position`, `direction`, `color`, `attenuation`, `cutoff` 45 (half angle), `penumbra` 0 (degrees inside the cutoff over which it fades), `exponent` 0 (cosᵏ towards the rim) |
 //! | `area` | `shape` "rectangle" (or "disc", "sphere"), `position` 0 0 0 (centre), `edge_u` 1 0 0, `edge_v` 0 0 1 (full sides of the rectangle, axes of the disc; it shines to the side of u × v), `radius` 0.5 (disc, sphere), `color`, `attenuation`, `samples` 16 |
 //!
-//! A light of colour 1 facing a white diffuse surface head on gives it the value 1: no π appears, as in OpenGL. An area light spreads the
-//! same power over its surface and falls off with the cosine at the light. Lights themselves are invisible.
-//! A frame without any light is lit by a lamp at the eye (`whitted` and `raycast` only), so a first program is not black.
+//! A light of colour 1 facing a white diffuse surface head on gives it the value 1: no π appears, as in OpenGL. An
+//! area light spreads the same power over its surface and falls off with the cosine at the light. Lights themselves
+//! are invisible. A frame without any light is lit by a lamp at the eye (`whitted` and `raycast` only), so a first
+//! program is not black.
 //!
 //! | camera | parameters |
 //! |---|---|

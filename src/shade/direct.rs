@@ -8,7 +8,8 @@ use glam::{Vec2, Vec3};
 /// How much of an area light one shading point samples.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Effort {
-    /// As many points as the light asks for: smooth penumbrae from one camera sample. A quarter of it after each bounce.
+    /// As many points as the light asks for: smooth penumbrae from one camera sample. A quarter of it after each
+    /// bounce.
     Full,
     /// One point, for estimators that average many camera samples.
     Single,

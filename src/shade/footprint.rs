@@ -1,9 +1,9 @@
 //! Ray cones: how wide a pixel has become, for texture filtering and line widths.
 //!
-//! After Akenine-Möller et al., *Texture Level of Detail Strategies for Real-Time Ray Tracing* (Ray Tracing Gems, 2019, ch. 20): a cone of
-//! `width` at the ray's origin opens by `spread` per unit of distance. Bounces pass the cone on; curved mirrors are treated
-//! as flat ones, rough bounces open it. We filter over the *area* of the footprint (width²/cos), which blurs less at grazing angles than its
-//! long axis would, and aliases less than its short one.
+//! After Akenine-Möller et al., *Texture Level of Detail Strategies for Real-Time Ray Tracing* (Ray Tracing Gems,
+//! 2019, ch. 20): a cone of `width` at the ray's origin opens by `spread` per unit of distance. Bounces pass the cone
+//! on; curved mirrors are treated as flat ones, rough bounces open it. We filter over the *area* of the footprint
+//! (width²/cos), which blurs less at grazing angles than its long axis would, and aliases less than its short one.
 
 /// The cone around a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]

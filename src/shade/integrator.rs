@@ -1,5 +1,5 @@
-//! Rendering objects: which rays a pixel sends. The algorithms themselves are in [`super::whitted`], [`super::path`] and
-//! [`super::ambient_occlusion`].
+//! Rendering objects: which rays a pixel sends. The algorithms themselves are in [`super::whitted`], [`super::path`]
+//! and [`super::ambient_occlusion`].
 
 use crate::scene::{Program, Shader};
 use crate::shade::values::Values;

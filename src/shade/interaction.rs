@@ -1,8 +1,8 @@
 //! From a hit to everything a shader wants to know about the point.
 //!
-//! Positions come from the corners by barycentric weights, which is far more exact than `org + t · dir` (Wächter, *Quasi-Monte
-//! Carlo Light Transport Simulation*, 2008). Normals go through the cofactor matrix: it is the inverse transpose up to a factor, exists
-//! for singular matrices too, and its sign under mirrors is that of the determinant.
+//! Positions come from the corners by barycentric weights, which is far more exact than `org + t · dir` (Wächter,
+//! *Quasi-Monte Carlo Light Transport Simulation*, 2008). Normals go through the cofactor matrix: it is the inverse
+//! transpose up to a factor, exists for singular matrices too, and its sign under mirrors is that of the determinant.
 
 use crate::scene::{Instance, Mesh, SurfacePoint};
 use crate::shade::footprint::Cone;
@@ -22,12 +22,13 @@ pub struct Interaction {
     pub edge_distance: Vec3,
 }
 
-/// Error bound of a secondary ray's origin in units of its position's magnitude: the roundings of interpolation, of the transformation and of its
-/// inverse. Half of it is already enough for the millions of rays of test R15.
+/// Error bound of a secondary ray's origin in units of its position's magnitude: the roundings of interpolation, of
+/// the transformation and of its inverse. Half of it is already enough for the millions of rays of test R15.
 const CLEARANCE: f32 = 16.0 * (f32::EPSILON * 0.5);
 
-/// Error bound of the triangle test's distance. The test weighs the corners' distances (up to the triangle's size apart) by areas whose
-/// error is ε·size², so the bound is in units of size × slenderness, size²/area. Twice what test R15 needs.
+/// Error bound of the triangle test's distance. The test weighs the corners' distances (up to the triangle's size
+/// apart) by areas whose error is ε·size², so the bound is in units of size × slenderness, size²/area. Twice what
+/// test R15 needs.
 const TEST_CLEARANCE: f32 = 4.0 * (f32::EPSILON * 0.5);
 
 impl Interaction {
@@ -114,9 +115,10 @@ impl Interaction {
         Self { point, clearance, footprint, cone, edge_distance }
     }
 
-    /// A ray from the point along `direction` (unit length) that cannot meet the triangle it starts on: its origin is moved along the
-    /// geometric normal, to the side into which it leaves, by a bound of all rounding errors between here and the
-    /// triangle test (after Ize, *Robust BVH Ray Traversal*, 2013, and pbrt-v4 §6.8; the bound itself is our own).
+    /// A ray from the point along `direction` (unit length) that cannot meet the triangle it starts on: its origin is
+    /// moved along the geometric normal, to the side into which it leaves, by a bound of all rounding errors between
+    /// here and the triangle test (after Ize, *Robust BVH Ray Traversal*, 2013, and pbrt-v4 §6.8; the bound itself is
+    /// our own).
     pub fn spawn(&self, direction: Vec3) -> Ray {
         let n = self.point.geometric_normal;
         let side = if direction.dot(n) >= 0.0 { self.clearance } else { -self.clearance };
@@ -124,8 +126,8 @@ impl Interaction {
     }
 }
 
-/// How far a point computed on a triangle can lie from it, along its normal `n`, by the time a ray from there has been transformed into
-/// the object's space. `magnitude` bounds the corners' coordinates.
+/// How far a point computed on a triangle can lie from it, along its normal `n`, by the time a ray from there has
+/// been transformed into the object's space. `magnitude` bounds the corners' coordinates.
 ///
 /// In the world the point is off by ε(|M||p| + |t|) =: εW. The way back multiplies by |M⁻¹|, and the errors made there
 /// come out again through |M|, so that ε·|M||M⁻¹|W bounds all of them; where M is orthogonal that is at most 3W.

@@ -1,7 +1,7 @@
 //! Lights: where they shine from, and how much.
 //!
-//! Radiance here is in units in which a light of colour 1 gives a white diffuse surface the value 1 (see [`crate::shade::class`]): irradiance
-//! divided by π.
+//! Radiance here is in units in which a light of colour 1 gives a white diffuse surface the value 1 (see
+//! [`crate::shade::class`]): irradiance divided by π.
 
 use crate::scene::{LightSample, LightShader};
 use crate::shade::block::Block;
@@ -128,7 +128,8 @@ impl Light {
         (radiance != Vec3::ZERO).then_some(LightSample { direction, distance, radiance })
     }
 
-    /// Samples the cone of directions in which the sphere is seen, uniformly: all samples count alike and none is wasted on the far side.
+    /// Samples the cone of directions in which the sphere is seen, uniformly: all samples count alike and none is
+    /// wasted on the far side.
     fn sample_sphere(&self, center: Vec3, radius: f32, position: Vec3, u: Vec2) -> Option<LightSample> {
         let to_center = center - position;
         let d2 = to_center.length_squared();

@@ -1,8 +1,9 @@
 //! Hits to colours: surfaces, lights, cameras, environments and rendering objects.
 //!
-//! At frame start [`ShadeScene`] turns names and parameters into dense, typed data (late binding). A [`Worker`], one per tile, then carries camera samples through
-//! a rendering object. Built-in shaders are variants of closed enums; only the user's own programs are called
-//! through traits. No ray allocates memory. [`class`] has the manual of all built-in classes.
+//! At frame start [`ShadeScene`] turns names and parameters into dense, typed data (late binding). A [`Worker`], one
+//! per tile, then carries camera samples through a rendering object. Built-in shaders are variants of closed enums;
+//! only the user's own programs are called through traits. No ray allocates memory. [`class`] has the manual of all
+//! built-in classes.
 #![forbid(unsafe_code)]
 
 pub mod class;

@@ -8,8 +8,8 @@ pub fn reflect(incoming: Vec3, n: Vec3) -> Vec3 {
     incoming - n * (2.0 * incoming.dot(n))
 }
 
-/// The refracted direction by Snell's law; `n` is on the side of `incoming`, `eta` = index outside / index inside, seen from
-/// there. None on total internal reflection.
+/// The refracted direction by Snell's law; `n` is on the side of `incoming`, `eta` = index outside / index inside,
+/// seen from there. None on total internal reflection.
 #[inline]
 pub fn refract(incoming: Vec3, n: Vec3, eta: f32) -> Option<Vec3> {
     let cos_in = -incoming.dot(n);
@@ -20,7 +20,8 @@ pub fn refract(incoming: Vec3, n: Vec3, eta: f32) -> Option<Vec3> {
     Some(incoming * eta + n * (eta * cos_in - (1.0 - sin2_out).sqrt()))
 }
 
-/// Reflected share of unpolarised light; `cos_in` is the cosine to the normal, `eta` as in [`refract`]. Total reflection gives 1.
+/// Reflected share of unpolarised light; `cos_in` is the cosine to the normal, `eta` as in [`refract`]. Total
+/// reflection gives 1.
 #[inline]
 pub fn fresnel_dielectric(cos_in: f32, eta: f32) -> f32 {
     let cos_in = cos_in.clamp(0.0, 1.0);
@@ -34,8 +35,8 @@ pub fn fresnel_dielectric(cos_in: f32, eta: f32) -> f32 {
     0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
-/// `direction`, turned so that it does not leave into the surface whose unit geometric normal is `n`: interpolated normals can send
-/// a mirror ray below the horizon.
+/// `direction`, turned so that it does not leave into the surface whose unit geometric normal is `n`: interpolated
+/// normals can send a mirror ray below the horizon.
 #[inline]
 pub fn above(direction: Vec3, n: Vec3) -> Vec3 {
     let height = direction.dot(n);

@@ -1,10 +1,12 @@
 //! `path`: global illumination, one path per camera sample (Kajiya, *The Rendering Equation*, 1986), as a loop.
 //!
-//! * Lights are sampled at every diffuse point (next event estimation). They are no geometry, so a path never meets one and nothing is counted
-//!   twice. The environment and glowing surfaces are only found by paths.
-//! * A surface of several parts (diffuse, mirror, refraction) follows one of them, chosen with a probability in proportion to its colour.
+//! * Lights are sampled at every diffuse point (next event estimation). They are no geometry, so a path never meets
+//!   one and nothing is counted twice. The environment and glowing surfaces are only found by paths.
+//! * A surface of several parts (diffuse, mirror, refraction) follows one of them, chosen with a probability in
+//!   proportion to its colour.
 //! * From `roulette_depth` on a path survives with the probability of its weight, which keeps the mean.
-//! * Phong's highlights are, as in Whitted's model, images of the lights only. `ambient` lights, which stand in for what is computed here, are ignored.
+//! * Phong's highlights are, as in Whitted's model, images of the lights only. `ambient` lights, which stand in for
+//!   what is computed here, are ignored.
 //! * Alpha is taken as the probability that a layer is there.
 
 use crate::shade::direct::Effort;

@@ -1,8 +1,8 @@
 //! Sample points and random numbers that depend on nothing but the pixel and the sample's number.
 //!
-//! Pictures must not depend on threads or on the order of tiles, so there is no shared generator: each camera sample starts
-//! its own stream from a hash of (column, row, sample number). The seed never contains the frame, so a picture does not flicker; frames that
-//! accumulate continue the sample numbers instead.
+//! Pictures must not depend on threads or on the order of tiles, so there is no shared generator: each camera sample
+//! starts its own stream from a hash of (column, row, sample number). The seed never contains the frame, so a picture
+//! does not flicker; frames that accumulate continue the sample numbers instead.
 //!
 //! The stream is PCG-XSH-RR 64/32 (O'Neill, *PCG*, 2014); point sets are Hammersley points shifted modulo 1
 //! (Cranley and Patterson 1976), which stay stratified for any count.

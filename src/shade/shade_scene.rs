@@ -1,5 +1,5 @@
-//! The scene as one frame sees it: late binding happens here. Names become dense indices, parameters become typed values, and nothing is looked up by
-//! name again while rays fly.
+//! The scene as one frame sees it: late binding happens here. Names become dense indices, parameters become typed
+//! values, and nothing is looked up by name again while rays fly.
 
 use crate::scene::{FrameDesc, Instance, Mesh, Name, Program, Scene, Shader};
 use crate::shade::block::Block;
@@ -112,7 +112,8 @@ fn compile_surface(name: Name, shader: &Shader, textures: &Textures) -> Option<S
     }
 }
 
-/// Whether the surface is not there at a hit: the eye, and picking, look through holes. `cache` as in [`ShadeScene::new`].
+/// Whether the surface is not there at a hit: the eye, and picking, look through holes. `cache` as in
+/// [`ShadeScene::new`].
 pub fn is_hole(scene: &Scene, cache: &TextureCache, ray: &Ray, hit: &Hit) -> bool {
     let Some(mesh) = scene.objects.get(&hit.object).map(|object| &object.mesh) else { return false };
     let name = mesh.shader_of_triangle.get(hit.prim as usize);

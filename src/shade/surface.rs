@@ -1,4 +1,5 @@
-//! Surfaces as compiled for one frame: plain data in a closed enum, so that shading a hit costs a `match` and no virtual call.
+//! Surfaces as compiled for one frame: plain data in a closed enum, so that shading a hit costs a `match` and no
+//! virtual call.
 
 use crate::scene::{Name, ShaderClass, SurfaceShader};
 use crate::shade::block::Block;

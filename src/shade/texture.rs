@@ -1,7 +1,8 @@
 //! Texture look-up: wrap modes, nearest, bilinear and mip-mapped filtering, decoding of sRGB.
 //!
-//! Filtering works on decoded, linear values. The mip level follows from the *area* that a ray's footprint covers in texture space
-//! ([`crate::shade::footprint`]): level = ½ log₂(area in texels of the base level), so a footprint of one texel asks for level 0.
+//! Filtering works on decoded, linear values. The mip level follows from the *area* that a ray's footprint covers in
+//! texture space ([`crate::shade::footprint`]): level = ½ log₂(area in texels of the base level), so a footprint of
+//! one texel asks for level 0.
 
 use crate::scene::{Filter, Texture, TextureFormat, TextureLevel, Wrap};
 use glam::{Vec2, Vec4};
@@ -167,8 +168,8 @@ fn neighbours(u: f32, size: u32, wrap: Wrap) -> (u32, u32, f32) {
     (bring_in(i), bring_in(i + 1), blend)
 }
 
-/// The next mip level: half the size, rounded down but at least 1; each texel the area-weighted mean of what it covers (for
-/// odd sizes up to three texels a side), in linear light.
+/// The next mip level: half the size, rounded down but at least 1; each texel the area-weighted mean of what it
+/// covers (for odd sizes up to three texels a side), in linear light.
 fn half(level: &TextureLevel, format: TextureFormat) -> TextureLevel {
     let width = (level.width / 2).max(1);
     let height = (level.height / 2).max(1);

@@ -1,7 +1,8 @@
-//! `whitted` and `raycast`: lights, shadows, mirror and refracted rays (Whitted, *An Improved Illumination Model for Shaded Display*, 1980).
+//! `whitted` and `raycast`: lights, shadows, mirror and refracted rays (Whitted, *An Improved Illumination Model for
+//! Shaded Display*, 1980).
 //!
-//! Layers of partial opacity are a loop along one ray; mirrors and refraction are recursive and bounded by the frame's depth,
-//! by the ray's share in the pixel and by a budget per camera sample.
+//! Layers of partial opacity are a loop along one ray; mirrors and refraction are recursive and bounded by the
+//! frame's depth, by the ray's share in the pixel and by a budget per camera sample.
 
 use crate::scene::SurfacePoint;
 use crate::shade::context::Context;

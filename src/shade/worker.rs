@@ -58,7 +58,8 @@ pub struct Worker<'a> {
     pub(crate) scratch: Vec<Vec<u8>>,
 }
 
-/// Bounces of one camera sample. A tree of mirrors and glass doubles at every level; this keeps one pixel from taking for ever.
+/// Bounces of one camera sample. A tree of mirrors and glass doubles at every level; this keeps one pixel from taking
+/// for ever.
 const BUDGET: u32 = 1 << 14;
 /// Rays with a smaller share in the pixel are not sent (Hall and Greenberg 1983): half a step of an 8-bit channel.
 const MIN_WEIGHT: f32 = 1.0 / 512.0;
@@ -119,8 +120,8 @@ impl<'a> Worker<'a> {
         if !self.scene.see_through {
             return if self.tracer.occluded(&ray) { Vec3::ZERO } else { Vec3::ONE };
         }
-        // Some surfaces let light through: ask them one by one. (Asking `occluded` first was slower: most rays that it stops
-        // have to be traced again.)
+        // Some surfaces let light through: ask them one by one. (Asking `occluded` first was slower: most rays that
+        // it stops have to be traced again.)
         let mut share = Vec3::ONE;
         for _ in 0..MAX_LAYERS {
             let Some(hit) = self.tracer.intersect(&ray) else { return share };
