@@ -122,7 +122,7 @@ int main(int argc, char **argv)
 {
     Example e;
     RTframeStats stats;
-    RTuint kinds, land, sun, sky, bark, needles, leaves, grass;
+    RTuint kinds, land, sun, ambient, sky, bark, needles, leaves, grass;
     int i;
 
     rtInit(&argc, argv);
@@ -140,6 +140,9 @@ int main(int argc, char **argv)
     rtGenNewShaderClass("directional", NULL);
     sun = rtGenNewShader();
     rtParameter3f(rtParameterHandle("direction"), -1, -1.2f, -0.3f);
+    rtParameter3f(rtParameterHandle("color"), 1.6f, 1.5f, 1.3f);
+    rtGenNewShaderClass("ambient", NULL);
+    ambient = surface(1.2f, 1.4f, 1.8f);
     rtGenNewShaderClass("gradient", NULL);
     sky = rtGenNewShader();
 
@@ -158,6 +161,7 @@ int main(int argc, char **argv)
     ground();
     rtEndObject();
 
+    rtUseLight(ambient);
     rtUseLight(sun);
     rtUseEnvironmentShader(sky);
     rtInstantiateObject(land);

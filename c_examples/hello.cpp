@@ -16,8 +16,9 @@ void draw(const Example &e)
     rtPerspective(40, static_cast<double>(e.width) / e.height, 0.1, 100);
     rt::lookAt({0, 5, 11}, {0, 2, 0}, {0, 1, 0});
 
-    rt::Shader sun("directional"), sky("gradient"), stone("diffuse"), glass("glass"), gold("metal");
+    rt::Shader sun("directional"), ambient("ambient"), sky("gradient"), stone("diffuse"), glass("glass"), gold("metal");
     sun.set("direction", -0.6f, -1.0f, -0.3f);
+    ambient.set("color", 1.2f, 1.2f, 1.3f);
     stone.set("color", 0.55f, 0.5f, 0.45f);
     glass.set("color", 0.9f, 1.0f, 0.95f);
     gold.set("color", 0.95f, 0.75f, 0.3f);
@@ -38,6 +39,7 @@ void draw(const Example &e)
         });
     }
 
+    rt::useLight(ambient);
     rt::useLight(sun);
     rtUseEnvironmentShader(sky.name());
     ground.instantiate();

@@ -14,7 +14,7 @@ static RTuint surface(const char *parameter, float r, float g, float b)
 int main(int argc, char **argv)
 {
     Example e;
-    RTuint link, floor, steel, stone, light;
+    RTuint link, floor, steel, stone, light, ambient;
     int frame, i;
 
     rtInit(&argc, argv);
@@ -32,6 +32,9 @@ int main(int argc, char **argv)
     rtGenNewShaderClass("directional", NULL);
     light = surface("direction", -0.4f, -1, -0.3f);
 
+    rtGenNewShaderClass("ambient", NULL);
+    ambient = surface("color", 1, 1, 1);
+
     link = rtGenObjects(2);
     rtNewObject(link, RT_COMPILE);
     rtBindShader(steel);
@@ -48,6 +51,7 @@ int main(int argc, char **argv)
     rtEndObject();
 
     for (frame = 0; frame < e.frames; frame++) {
+        rtUseLight(ambient);
         rtUseLight(light);
         rtInstantiateObject(floor);
         for (i = 0; i < LINKS; i++) {

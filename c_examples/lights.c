@@ -45,18 +45,18 @@ int main(int argc, char **argv)
     rtPerspective(38, (RTdouble)e.width / e.height, 0.1, 100);
     rtLookAt(0, 3.4, 9, 0, 0.9, 0, 0, 1, 0);
 
-    spot = make("spot", "position", -4, 7, 4);
-    rtParameter3f(rtParameterHandle("direction"), 4, -7, -4);
-    rtParameter3f(rtParameterHandle("color"), 0.8f, 0.75f, 0.65f);
+    spot = make("spot", "position", -5, 6, -1.5f);
+    rtParameter3f(rtParameterHandle("direction"), 5, -6, 1.5f);
+    rtParameter3f(rtParameterHandle("color"), 0.9f, 0.85f, 0.7f);
     rtParameter1f(rtParameterHandle("cutoff"), 32);
     rtParameter1f(rtParameterHandle("penumbra"), 10);
 
-    lamp = make("area", "position", 4, 6, 3);
+    lamp = make("area", "position", 4, 5, -2);
     rtParameter3f(rtParameterHandle("edge_u"), 0, 0, 1.5f);
     rtParameter3f(rtParameterHandle("edge_v"), -1.5f, 0, 0);
-    rtParameter3f(rtParameterHandle("color"), 0.6f, 0.65f, 0.8f);
+    rtParameter3f(rtParameterHandle("color"), 0.35f, 0.4f, 0.5f);
 
-    ambient = make("ambient", "color", 0.3f, 0.3f, 0.3f);
+    ambient = make("ambient", "color", 0.3f, 0.3f, 0.4f);
     sky = make("gradient", "top", 0.1f, 0.2f, 0.5f);
 
     objects = rtGenObjects(4);

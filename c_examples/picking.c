@@ -72,7 +72,7 @@ int main(int argc, char **argv)
     rtGenNewShaderClass("directional", NULL);
     light = surface("direction", -0.5f, -1, -0.5f);
     rtGenNewShaderClass("ambient", NULL);
-    ambient = rtGenNewShader();
+    ambient = surface("color", 1, 1, 1);
 
     for (click = 0; click < e.frames; click++) {
         /* Clicks walk across the picture; pixels count from the lower left corner. */

@@ -37,12 +37,12 @@ int main(int argc, char **argv)
 
     rtGenNewShaderClass("directional", NULL);
     sun = rtGenNewShader();
-    rtParameter3f(rtParameterHandle("direction"), -0.6f, -1, -0.4f);
-    rtParameter3f(rtParameterHandle("color"), 0.6f, 0.55f, 0.5f);
+    rtParameter3f(rtParameterHandle("direction"), -0.9f, -1, 0.3f);
+    rtParameter3f(rtParameterHandle("color"), 0.8f, 0.75f, 0.65f);
     rtGenNewShaderClass("point", NULL);
     lamp = rtGenNewShader();
     rtParameter3f(rtParameterHandle("position"), -3, 4, 4);
-    rtParameter3f(rtParameterHandle("color"), 0.3f, 0.35f, 0.45f);
+    rtParameter3f(rtParameterHandle("color"), 0.15f, 0.18f, 0.22f);
     rtGenNewShaderClass("gradient", NULL);
     sky = rtGenNewShader();
 

@@ -111,7 +111,7 @@ static void robot(float phase)
 int main(int argc, char **argv)
 {
     Example e;
-    RTuint lamp;
+    RTuint lamp, ambient;
     int frame, i;
 
     rtInit(&argc, argv);
@@ -125,9 +125,12 @@ int main(int argc, char **argv)
     makeParts();
     rtGenNewShaderClass("directional", NULL);
     lamp = surface("direction", -0.7f, -1, -0.4f);
+    rtGenNewShaderClass("ambient", NULL);
+    ambient = surface("color", 0.4f, 0.4f, 0.5f);
 
     for (frame = 0; frame < e.frames; frame++) {
         const float phase = (float)(2 * PI) * (float)frame / (float)e.frames;
+        rtUseLight(ambient);
         rtUseLight(lamp);
         rtInstantiateObject(ground);
         for (i = -1; i <= 1; i++) {
