@@ -129,6 +129,7 @@ int main(int argc, char **argv)
     e = exampleOptions(argc, argv, 1);
     rtViewport(0, 0, e.width, e.height);
     rtEnable(RT_FRAMEBUFFER_SRGB);
+    rtSamplesPerPixel(4);
     rtPerspective(40, (RTdouble)e.width / e.height, 0.1, 1000);
     rtLookAt(0, 17, 52, 0, 5, 0, 0, 1, 0);
 

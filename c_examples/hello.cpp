@@ -13,6 +13,7 @@ void draw(const Example &e)
 {
     rtViewport(0, 0, e.width, e.height);
     rtEnable(RT_FRAMEBUFFER_SRGB);
+    rtSamplesPerPixel(4);
     rtPerspective(40, static_cast<double>(e.width) / e.height, 0.1, 100);
     rt::lookAt({0, 5, 11}, {0, 2, 0}, {0, 1, 0});
 

@@ -21,6 +21,7 @@ int main(int argc, char **argv)
     e = exampleOptions(argc, argv, 8);
     rtViewport(0, 0, e.width, e.height);
     rtEnable(RT_FRAMEBUFFER_SRGB);
+    rtSamplesPerPixel(4);
     rtClearColor(0.35f, 0.45f, 0.6f, 1);
     rtPerspective(40, (RTdouble)e.width / e.height, 0.1, 100);
     rtLookAt(0, 7, 13, 0, 1.2, 0, 0, 1, 0);

@@ -42,6 +42,7 @@ int main(int argc, char **argv)
     e = exampleOptions(argc, argv, 1);
     rtViewport(0, 0, e.width, e.height);
     rtEnable(RT_FRAMEBUFFER_SRGB);
+    rtSamplesPerPixel(4);
     rtPerspective(38, (RTdouble)e.width / e.height, 0.1, 100);
     rtLookAt(0, 3.4, 9, 0, 0.9, 0, 0, 1, 0);
 

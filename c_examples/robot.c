@@ -118,6 +118,7 @@ int main(int argc, char **argv)
     e = exampleOptions(argc, argv, 12);
     rtViewport(0, 0, e.width, e.height);
     rtEnable(RT_FRAMEBUFFER_SRGB);
+    rtSamplesPerPixel(4);
     rtClearColor(0.5f, 0.6f, 0.7f, 1);
     rtPerspective(35, (RTdouble)e.width / e.height, 0.1, 100);
     rtLookAt(5, 3.5, 8, 0, 1.3, 0, 0, 1, 0);

@@ -137,3 +137,30 @@ fn examples_look_as_they_did() {
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
+
+/// One frame of each BART scene, loaded and rendered by the command-line program.
+#[test]
+fn bart_scenes_look_as_they_did() {
+    let bart = root().join("../shared/bart");
+    if !cfg!(feature = "cli") {
+        return eprintln!("SKIPPED: golden pictures of the BART scenes, built without the feature cli");
+    }
+    if !bart.is_dir() {
+        return eprintln!("SKIPPED: golden pictures of the BART scenes, no folder {}", bart.display());
+    }
+    let program = option_env!("CARGO_BIN_EXE_openrt").expect("the feature cli builds the program");
+    let out = folder("golden_bart");
+    let mut faults = Vec::new();
+    for (name, scene, frame) in [
+        ("kitchen", "kitchen/aff/kitchen.aff", "300"),
+        ("robots", "robot/aff/Robot.aff", "300"),
+        ("museum", "museum/aff/museum5.aff", "150"),
+    ] {
+        let picture = out.join(format!("{name}.png"));
+        let mut command = Command::new(program);
+        command.arg("render").arg(bart.join(scene)).args(["--frame", frame, "--size", "128x96", "--out"]);
+        let shown = examples::run(command.arg(&picture)).and_then(|()| check(name, &picture));
+        faults.extend(shown.err());
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}

@@ -388,3 +388,76 @@ fn nothing_is_left_unfinished() {
     }
     report("unfinished places", faults);
 }
+
+/// Words of `text` that start with `prefix` and go on with a capital letter, or with an underscore for `RT`.
+fn words<'a>(text: &'a str, keep: impl Fn(&str) -> bool + 'a) -> impl Iterator<Item = &'a str> {
+    text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').filter(move |w| keep(w))
+}
+
+/// `rtBegin`, `rtsTrace`: a function of the C API.
+fn is_function(word: &str) -> bool {
+    let rest = word.strip_prefix("rts").or_else(|| word.strip_prefix("rt")).unwrap_or("");
+    rest.starts_with(|c: char| c.is_ascii_uppercase())
+}
+
+/// `RT_TRIANGLES`; not `RT_`, the family of constants.
+fn is_constant(word: &str) -> bool {
+    word.len() > 3 && word.starts_with("RT_")
+}
+
+#[test]
+fn header_and_readme_mention_only_what_exists() {
+    let header = read(&root().join("include/openrt/rt.h"));
+    let declared: BTreeSet<&str> = header
+        .lines()
+        .filter(|line| !line.starts_with(" *") && !line.starts_with("/*"))
+        .flat_map(|line| words(line, |w| is_function(w) || is_constant(w)))
+        .collect();
+    assert!(declared.contains("rtBegin") && declared.contains("RT_TRIANGLES"), "the header is read as it is written");
+    let mut faults = Vec::new();
+    for path in ["include/openrt/rt.h", "include/openrt/rt.hpp", "README.md"] {
+        for word in words(&read(&root().join(path)), |w| is_function(w) || is_constant(w)) {
+            // Families of functions are named without the letters of their types: rtVertex, rtColor.
+            let family = declared.iter().any(|d| d.starts_with(word) && is_function(word));
+            if !declared.contains(word) && !family {
+                faults.push(format!("{path}: {word}"));
+            }
+        }
+    }
+    report("names that the C API does not have", faults);
+}
+
+#[test]
+fn readme_and_sources_agree_on_environment_variables() {
+    let readme = read(&root().join("README.md"));
+    let of_readme: BTreeSet<&str> = words(&readme, |w| w.starts_with("OPENRT_")).collect();
+    let mut of_sources = BTreeSet::new();
+    for path in files("src", &["rs"]).into_iter().chain(files("tests", &["rs"])).chain([root().join("build.rs")]) {
+        let source = read(&path);
+        // A variable is read by its quoted name.
+        of_sources.extend(
+            source
+                .split('"')
+                .filter(|s| s.starts_with("OPENRT_") && words(s, |_| true).count() == 1)
+                .map(str::to_owned),
+        );
+    }
+    // What one test tells another, and macros of the header.
+    of_sources.retain(|name| !name.starts_with("OPENRT_TEST_") && !name.starts_with("OPENRT_VERSION"));
+    for name in &of_readme {
+        assert!(of_sources.contains(*name), "README names {name}, which nothing reads");
+    }
+    for name in &of_sources {
+        assert!(of_readme.contains(name.as_str()), "README does not name {name}");
+    }
+}
+
+#[test]
+fn readme_points_to_files_that_exist() {
+    let readme = read(&root().join("README.md"));
+    let targets: Vec<&str> = readme.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect();
+    assert!(!targets.is_empty());
+    for target in targets.into_iter().filter(|t| !t.starts_with("http")) {
+        assert!(root().join(target).exists(), "README points to {target}");
+    }
+}
