@@ -443,7 +443,8 @@ fn readme_and_sources_agree_on_environment_variables() {
         );
     }
     // What one test tells another, and macros of the header.
-    of_sources.retain(|name| !name.starts_with("OPENRT_TEST_") && !name.starts_with("OPENRT_VERSION"));
+    let private = ["OPENRT_TEST_", "OPENRT_VERSION"];
+    of_sources.retain(|name| name != "OPENRT_" && !private.iter().any(|p| name.starts_with(p)));
     for name in &of_readme {
         assert!(of_sources.contains(*name), "README names {name}, which nothing reads");
     }
