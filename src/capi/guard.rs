@@ -87,6 +87,8 @@ fn park(session: Box<Session>) {
 
 thread_local! {
     static SLOT: Slot = const { Slot(RefCell::new(None)) };
+    /// The error callback of the application is running; errors that it makes are recorded, not told.
+    static TELLING: Cell<bool> = const { Cell::new(false) };
     /// First error of a thread on which no context was current.
     static HOMELESS_ERROR: Cell<RTenum> = const { Cell::new(RT_NO_ERROR) };
     /// Code and text that `rtGetErrorString` shows for the last `rtGetError` of this thread.
@@ -178,9 +180,13 @@ fn report(error: Error) {
         Some((session.callback, session.user_data, text))
     });
     match told {
+        // A callback that makes errors of its own must not call itself without end.
         Ok(Some((Some(callback), user_data, Some(text)))) => {
-            // SAFETY: the application gave this function to rtErrorCallback for such calls; `text` lives until after it.
-            unsafe { callback(code, text.as_ptr(), user_data.0) }
+            if !TELLING.replace(true) {
+                // SAFETY: the application gave this function to rtErrorCallback for such calls; `text` lives until after it.
+                unsafe { callback(code, text.as_ptr(), user_data.0) };
+                TELLING.set(false);
+            }
         }
         Ok(Some(_)) => {}
         _ => {

@@ -1,7 +1,7 @@
 //! Shader libraries: classes loaded from a file by name.
 
 use super::pointer::value;
-use super::shader_class::{RTqueryShaderClass, RTshaderClass, class_of};
+use super::shader_class::{RTqueryShaderClass, RTshaderClass, check_version, class_of};
 use crate::api::{Error, ErrorCode, Result, ShaderClass};
 use std::ffi::{CStr, CString, c_char, c_void};
 
@@ -24,10 +24,7 @@ pub(super) fn load(name: &str, file: &str) -> Result<ShaderClass> {
     // The version comes first in the structure, whatever follows in other versions.
     // SAFETY: not NULL, so a class by the contract of the library.
     let version = unsafe { value(class.cast::<u32>())? };
-    if version != super::RT_SHADER_CLASS_VERSION {
-        let ours = super::RT_SHADER_CLASS_VERSION;
-        return Err(io(format!("{file}: shader class \"{name}\" has version {version}, this library has {ours}")));
-    }
+    check_version(version).map_err(|e| io(format!("{file}, class \"{name}\": {}", e.message)))?;
     // SAFETY: as above, and of our version.
     let class = unsafe { value(class)? };
     // SAFETY: what it points to is valid until the process ends: the library is never unloaded.

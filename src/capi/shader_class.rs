@@ -159,18 +159,21 @@ pub struct RTshaderClass {
 /// class called name, valid until the process ends, or NULL if the library has no such class.
 pub type RTqueryShaderClass = Option<unsafe extern "C" fn(name: *const c_char) -> *const RTshaderClass>;
 
-/// The safe class that `class` describes.
+/// Fails unless `version` is the one that our structures have.
+pub(super) fn check_version(version: RTuint) -> Result<()> {
+    if version == RT_SHADER_CLASS_VERSION {
+        return Ok(());
+    }
+    let message = format!("the shader class has version {version}, this library has {RT_SHADER_CLASS_VERSION}");
+    Err(Error::invalid_value(message))
+}
+
+/// The safe class that `class`, which is of our version, describes.
 ///
 /// # Safety
 /// Its pointers are NULL or point to what the manual says, until this returns; its functions are valid for
 /// ever.
 pub(super) unsafe fn class_of(class: &RTshaderClass) -> Result<ShaderClass> {
-    if class.version != RT_SHADER_CLASS_VERSION {
-        return Err(Error::invalid_value(format!(
-            "the shader class has version {}, this library has {RT_SHADER_CLASS_VERSION}",
-            class.version
-        )));
-    }
     // SAFETY: NULL or a string, by contract.
     let name = unsafe { text(class.name)? };
     let user_data = UserData(class.userData);

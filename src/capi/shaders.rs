@@ -4,7 +4,7 @@ use super::constants::*;
 use super::guard::{Session, c_text, guard, guard_session};
 use super::plugin;
 use super::pointer::{OutArray, text, value};
-use super::shader_class::{RTshaderClass, class_of};
+use super::shader_class::{RTshaderClass, check_version, class_of};
 use super::types::*;
 use crate::api::{Error, ParamScope, ParamType, ShaderKind};
 use std::ffi::c_char;
@@ -46,7 +46,10 @@ pub unsafe extern "C" fn rtGenNewShaderClass(name: *const c_char, file: *const c
 pub unsafe extern "C" fn rtRegisterShaderClass(shaderClass: *const RTshaderClass) -> RTuint {
     guard(|cx| {
         cx.is_shader(0)?;
-        // SAFETY: `shaderClass` is NULL or points to a class, says the manual; it is copied before we return.
+        // The version comes first in the structure, whatever follows in other versions.
+        // SAFETY: `shaderClass` is NULL or points to a class, says the manual.
+        check_version(unsafe { value(shaderClass.cast::<RTuint>())? })?;
+        // SAFETY: as above, and of our version; it is copied before we return.
         let class = unsafe { value(shaderClass)? };
         // SAFETY: the pointers in it are valid until we return, says the manual.
         cx.register_shader_class(unsafe { class_of(&class)? })

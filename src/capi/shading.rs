@@ -188,3 +188,76 @@ pub unsafe extern "C" fn rtsTexture(
     let color = unsafe { ask(context, glam::Vec4::ONE, |cx| cx.texture(texture, Vec2::new(s, t))) };
     let _ = out.set(&color.to_array());
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::api::{LightSample, SurfacePoint};
+    use glam::Vec4;
+
+    /// Answers nothing but a ray that goes up, and breaks on one that goes down.
+    struct Fragile(SurfacePoint);
+
+    impl ShadingContext for Fragile {
+        fn point(&self) -> &SurfacePoint {
+            &self.0
+        }
+        fn light_count(&self) -> u32 {
+            3
+        }
+        fn illuminate(&mut self, _: u32) -> Option<LightSample> {
+            None
+        }
+        fn shadowed(&mut self, _: Vec3, _: f32) -> bool {
+            false
+        }
+        fn trace(&mut self, direction: Vec3) -> Vec3 {
+            assert!(direction.y > 0.0, "a defect under the shader");
+            Vec3::ONE
+        }
+        fn texture(&self, _: u32, _: Vec2) -> Vec4 {
+            Vec4::ONE
+        }
+    }
+
+    fn fragile() -> Fragile {
+        Fragile(SurfacePoint {
+            position: Vec3::ZERO,
+            geometric_normal: Vec3::Y,
+            normal: Vec3::Y,
+            incoming: Vec3::NEG_Y,
+            tex_coord: Vec2::ZERO,
+            color: Vec4::ONE,
+            barycentric: Vec2::ZERO,
+            distance: 1.0,
+            object: 1,
+            instance: 0,
+            primitive: 0,
+            back_facing: false,
+            depth: 0,
+        })
+    }
+
+    /// What a shader in C would do: three questions, the second of which meets a defect.
+    fn shader(context: *mut RTshadingContext, lights_after: &mut u32) {
+        let (mut up, mut down) = ([9.0; 3], [9.0; 3]);
+        // SAFETY: the context of `lend`, which has not returned; vectors of three floats.
+        unsafe {
+            rtsTrace(context, [0.0, 1.0, 0.0].as_ptr(), up.as_mut_ptr());
+            rtsTrace(context, [0.0, -1.0, 0.0].as_ptr(), down.as_mut_ptr());
+            *lights_after = rtsLightCount(context);
+        }
+        assert_eq!((up, down), ([1.0; 3], [0.0; 3]));
+    }
+
+    #[test]
+    fn a_defect_passes_the_shader_and_goes_on_behind_it() {
+        let mut lights_after = 9;
+        let outcome = catch_unwind(AssertUnwindSafe(|| {
+            RTshadingContext::lend(&mut fragile(), |context| shader(context, &mut lights_after));
+        }));
+        assert_eq!(lights_after, 0, "the shader went on, and was told nothing more");
+        let payload = outcome.expect_err("the panic goes on");
+        assert_eq!(payload.downcast_ref::<&str>(), Some(&"a defect under the shader"));
+    }
+}

@@ -104,11 +104,13 @@ pub struct RTframeStats {
 }
 
 /// Is told of every error: the code, a text that is valid during the call only, and the pointer given to
-/// rtErrorCallback(). Called on the thread whose call went wrong, after the error was recorded, with no lock
-/// held; it may call any function of this library. It must not leave by longjmp() or by a C++ exception.
+/// rtErrorCallback(). Called on the thread whose call went wrong, after the error was recorded, with no lock held;
+/// it may call any function of this library, and is not told of errors that it makes itself. It must not leave by
+/// longjmp() or by a C++ exception.
 pub type RTerrorCallback = Option<unsafe extern "C" fn(error: RTenum, message: *const c_char, userData: *mut c_void)>;
 
-/// Is told that an asynchronous frame is finished, or was cancelled. Called on a thread of the library on which
-/// no context is current: it should only note the fact or wake somebody up, and leave rtEndRendering() to the
-/// thread that owns the context. It must not leave by longjmp() or by a C++ exception.
+/// Is told that a frame has ended, and whether it was cancelled. Called on a thread of the library on which no
+/// context is current: it should only note the fact or wake somebody up, and leave rtEndRendering() to the thread
+/// that owns the context. It must not destroy that context, which waits for it, nor leave by longjmp() or by a C++
+/// exception.
 pub type RTframeCallback = Option<unsafe extern "C" fn(cancelled: RTboolean, userData: *mut c_void)>;

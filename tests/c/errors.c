@@ -52,12 +52,20 @@ static const struct {
 };
 
 static RTenum told;
+static int telling, names_itself;
 
 static void on_error(RTenum error, const char *message, void *userData)
 {
     CHECK(message && message[0] && userData == &told);
-    /* The library may be called from here: the error is already recorded. */
-    CHECK(rtGetErrorString(error)[0]);
+    /* The library may be called from here, also wrongly: that does not call this function again. */
+    CHECK(!telling);
+    telling = 1;
+    CHECK(rtGetErrorString(error)[0] && rtGetCurrentContext() != 0);
+    if (names_itself) {
+        rtSamplesPerPixel(-1);
+        CHECK(rtGetError() == error);
+    }
+    telling = 0;
     if (!told)
         told = error;
 }
@@ -264,6 +272,15 @@ static void stacks_and_stickiness(void)
     CHECK(rtGetError() == RT_NO_ERROR);
 }
 
+/* The callback makes an error of its own, and reads the one it is told of. */
+static void errors_in_the_callback(void)
+{
+    names_itself = 1;
+    rtBegin(99);
+    names_itself = 0;
+    CHECK(rtGetError() == RT_NO_ERROR);
+}
+
 /* Names that stay valid while something still shows what they named. */
 static void deletion_while_in_use(void)
 {
@@ -333,6 +350,7 @@ int main(int argc, char **argv)
     calls_in_the_wrong_place();
     wrong_calls();
     stacks_and_stickiness();
+    errors_in_the_callback();
     deletion_while_in_use();
 
     /* Names of one context mean nothing in another. */
