@@ -11,6 +11,7 @@ mod output;
 mod play;
 mod player;
 mod scene;
+mod upload;
 
 use args::{Cli, Command, SceneArgs};
 use clap::Parser;

@@ -4,6 +4,7 @@
 //! [`LoadError`] with file and line.
 
 mod aff;
+mod aff_keys;
 mod aff_shapes;
 mod builder;
 mod error;
