@@ -18,8 +18,8 @@ pub use frame_desc::{FrameDesc, Instance, Viewport};
 pub use mesh::{Mesh, ParamStream};
 pub use object::{Motion, Object, Strategy};
 pub use program::{
-    CameraShader, EnvironmentShader, LightSample, LightShader, PrimaryRay, Program, ShadingContext,
-    SurfacePoint, SurfaceShader,
+    CameraShader, EnvironmentShader, LightSample, LightShader, PrimaryRay, Program, ShadingContext, SurfacePoint,
+    SurfaceShader,
 };
 pub use shader::{ParamDef, ParamScope, ParamType, ParamValue, Shader, ShaderClass, ShaderKind};
 pub use texture::{Filter, Texture, TextureFormat, TextureLevel, Wrap};
