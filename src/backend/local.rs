@@ -155,7 +155,7 @@ impl Local {
         let world = self.world.as_mut().expect("land() has put the world back");
         let pool = &self.pool;
         guarded(|| {
-            let stats = pool.install(|| world.renderer.commit(&world.scene, &frame));
+            let stats = pool.install(|| world.renderer.commit(&world.scene, &frame))?;
             world.last_frame = Some(frame);
             Ok(stats)
         })

@@ -7,12 +7,15 @@ use std::fmt;
 pub enum RenderError {
     /// The framebuffer could not be made; the frame before is still there.
     Framebuffer(FramebufferError),
+    /// Acceleration structures of the frame's objects could not be made.
+    Structures { bytes: u64 },
 }
 
 impl fmt::Display for RenderError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Framebuffer(cause) => write!(f, "{cause}"),
+            Self::Structures { bytes } => write!(f, "no memory for {bytes} bytes of acceleration structures"),
         }
     }
 }
@@ -21,6 +24,7 @@ impl std::error::Error for RenderError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::Framebuffer(cause) => Some(cause),
+            Self::Structures { .. } => None,
         }
     }
 }

@@ -41,13 +41,19 @@ impl Renderer {
     }
 
     /// Brings all structures up to date without rendering.
-    pub fn commit(&mut self, scene: &Scene, frame: &FrameDesc) -> FrameStats {
+    ///
+    /// # Errors
+    /// No memory for a structure. Its object is not there for rays; the next commit tries again.
+    pub fn commit(&mut self, scene: &Scene, frame: &FrameDesc) -> Result<FrameStats, RenderError> {
         let begin = Instant::now();
         self.view = (compile_camera(scene, frame), frame.viewport);
         self.textures.update(scene);
         let update = self.world.update(scene, &frame.instances);
+        if update.out_of_memory > 0 {
+            return Err(RenderError::Structures { bytes: update.out_of_memory });
+        }
         let seconds = begin.elapsed().as_secs_f64();
-        FrameStats {
+        Ok(FrameStats {
             update_seconds: seconds,
             top_level_seconds: update.top_level_seconds,
             total_seconds: seconds,
@@ -58,7 +64,7 @@ impl Renderer {
             nodes_updated: update.nodes_updated,
             structure_bytes: update.bytes,
             ..FrameStats::default()
-        }
+        })
     }
 
     /// Renders a frame into the framebuffer, and tile by tile into `target`. Call it inside the pool that shall do
@@ -75,7 +81,7 @@ impl Renderer {
     ) -> Result<FrameStats, RenderError> {
         let begin = Instant::now();
         self.framebuffer.resize(frame.size[0], frame.size[1])?;
-        let mut stats = self.commit(scene, frame);
+        let mut stats = self.commit(scene, frame)?;
 
         let render_begin = Instant::now();
         let continues = frame.accumulate

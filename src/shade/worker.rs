@@ -120,8 +120,8 @@ impl<'a> Worker<'a> {
         if !self.scene.see_through {
             return if self.tracer.occluded(&ray) { Vec3::ZERO } else { Vec3::ONE };
         }
-        // Some surfaces let light through: ask them one by one. (Asking `occluded` first was slower: most rays that
-        // it stops have to be traced again.)
+        // Some surfaces let light through: ask them one by one. `occluded` first would pay for rays that meet nothing
+        // only; those that it stops would have to be traced again.
         let mut share = Vec3::ONE;
         for _ in 0..MAX_LAYERS {
             let Some(hit) = self.tracer.intersect(&ray) else { return share };
