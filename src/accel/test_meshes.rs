@@ -3,36 +3,10 @@
 use crate::scene::Mesh;
 use glam::Vec3;
 
-/// SplitMix64: small, seedable, good enough for tests.
-pub struct Random(u64);
+#[path = "../../tests/common/random.rs"]
+mod random;
 
-impl Random {
-    /// `OPENRT_SEED` overrides the seed. Failing assertions should print [`Random::seed`].
-    pub fn new(default: u64) -> Self {
-        Self(std::env::var("OPENRT_SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(default))
-    }
-
-    pub fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let x = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ (x >> 31)
-    }
-
-    /// In `[0, 1)`.
-    pub fn unit(&mut self) -> f32 {
-        (self.bits() >> 40) as f32 / (1u64 << 24) as f32
-    }
-
-    /// In `[-1, 1)` on each axis.
-    pub fn vec(&mut self) -> Vec3 {
-        Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
-    }
-
-    pub fn below(&mut self, n: usize) -> usize {
-        (self.bits() % n as u64) as usize
-    }
-}
+pub use random::Random;
 
 pub fn mesh(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> Mesh {
     let positions: Vec<Vec3> = triangles.into_iter().flatten().collect();
@@ -75,7 +49,7 @@ pub fn bumpy_sphere(rings: u32, around: u32) -> Mesh {
 
 /// Every degenerate mesh, with a name for messages.
 pub fn degenerate() -> Vec<(String, Mesh)> {
-    let mut random = Random::new(7);
+    let mut random = Random::new(Random::seed(7));
     let mut all = Vec::new();
     for count in [0, 1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 33, 100] {
         all.push((format!("{count} triangles"), soup(&mut random, count, 0.3)));
