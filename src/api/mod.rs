@@ -54,3 +54,8 @@ pub use crate::scene::{
     TextureFormat, Wrap,
 };
 pub use crate::trace::{Hit, Ray};
+
+/// The Rust program of the README must compile.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;
