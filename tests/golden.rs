@@ -4,10 +4,14 @@
 //! `tests/diffs/`. `OPENRT_BLESS=1 cargo test --features cli --test golden` rewrites them: look at what changed before
 //! you commit. The examples take sines from the system's C library, so a few pixels may differ between machines.
 
+#[path = "common/skip.rs"]
+mod skip;
+
 #[path = "common/examples.rs"]
 mod examples;
 
 use image::{Rgb, RgbImage};
+use skip::skipped;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -114,13 +118,13 @@ fn the_comparison_sees_what_matters() {
 fn examples_look_as_they_did() {
     let builder = match examples::Builder::new(folder("golden_build")) {
         Ok(builder) => builder,
-        Err(why) => return eprintln!("SKIPPED: golden pictures of the examples, {why}"),
+        Err(why) => return skipped(format_args!("golden pictures of the examples, {why}")),
     };
     let out = folder("golden_examples");
     let mut faults = Vec::new();
     for &(name, frame) in EXAMPLES {
         if name == "hello" && !builder.has_cxx() {
-            eprintln!("SKIPPED: golden picture of hello.cpp, no C++ compiler (c++)");
+            skipped("golden picture of hello.cpp, no C++ compiler (c++)");
             continue;
         }
         let picture = out.join(match frame {
@@ -144,10 +148,10 @@ fn bart_scenes_look_as_they_did() {
     let bart = root().join("../shared/bart");
     // Cargo names the program's place also when its required feature is off and it is not built.
     let Some(program) = option_env!("CARGO_BIN_EXE_openrt").filter(|_| cfg!(feature = "cli")) else {
-        return eprintln!("SKIPPED: golden pictures of the BART scenes, built without the feature cli");
+        return skipped("golden pictures of the BART scenes, built without the feature cli");
     };
     if !bart.is_dir() {
-        return eprintln!("SKIPPED: golden pictures of the BART scenes, no folder {}", bart.display());
+        return skipped(format_args!("golden pictures of the BART scenes, no folder {}", bart.display()));
     }
     let out = folder("golden_bart");
     let mut faults = Vec::new();

@@ -1,5 +1,9 @@
 //! Scene files through `openrt info`: the counts of the BART scenes, and messages for bad files.
 
+#[path = "common/skip.rs"]
+mod skip;
+
+use skip::skipped;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -19,7 +23,7 @@ fn facts(scene: &Path) -> Vec<(String, String)> {
 fn bart() -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/bart");
     if !path.is_dir() {
-        eprintln!("SKIPPED: no ../shared/bart");
+        skipped("no ../shared/bart");
         return None;
     }
     Some(path)

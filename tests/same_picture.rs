@@ -3,9 +3,13 @@
 //! One animated scene with a mirror, glass, soft shadows, instances of several kinds and a mesh whose vertices move; three frames of it, since
 //! structures that are updated in place differ from new ones only after the first.
 
+#[path = "common/skip.rs"]
+mod skip;
+
 use glam::{DVec3, Vec3};
 use openrt::Context;
 use openrt::api::{Config, Level, Mode, Motion, Name, ObjectParameter, PixelFormat, PixelKind, Primitive, Strategy};
+use skip::skipped;
 use std::process::Command;
 
 const SIZE: u32 = 64;
@@ -160,7 +164,7 @@ fn threads_instruction_sets_and_structures_give_the_same_picture() {
     let mut faults = Vec::new();
     for level in Level::ALL {
         if level > Level::strongest() {
-            eprintln!("SKIPPED: the picture with {}, this processor lacks it", level.name());
+            skipped(format_args!("the picture with {}, this processor lacks it", level.name()));
             continue;
         }
         for threads in [1, 2, 3, 7] {

@@ -1,11 +1,15 @@
 //! Every instruction set that this processor has gives the answers of the scalar one, bit for bit, through the whole of a
 //! tree; the levels it lacks are named aloud. (The conformance suite compares all structures with an oracle.)
 
+#[path = "common/skip.rs"]
+mod skip;
+
 use glam::Vec3;
 use openrt::accel::{build_fast, build_sah};
 use openrt::scene::Mesh;
 use openrt::simd::Level;
 use openrt::trace::{Hit, Kernels, PreparedRay, Ray};
+use skip::skipped;
 
 /// SplitMix64.
 struct Random(u64);
@@ -83,7 +87,7 @@ fn levels_that_are_missing_are_named() {
         if level.is_available() {
             eprintln!("level {}: tested", level.name());
         } else {
-            eprintln!("SKIPPED: level {} (this processor does not have it)", level.name());
+            skipped(format_args!("level {} (this processor does not have it)", level.name()));
             // Asked for nevertheless, the strongest one that there is takes its place.
             assert_eq!(Kernels::new(level).level(), Level::strongest());
         }

@@ -26,4 +26,7 @@ pub use vector::{Isa, Vector};
 pub use x86::{Avx2, Avx512, Sse41};
 
 #[cfg(test)]
+#[path = "../../tests/common/skip.rs"]
+pub(crate) mod skip;
+#[cfg(test)]
 mod tests;

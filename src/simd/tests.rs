@@ -1,5 +1,6 @@
 //! Every operation of every instruction set against plain Rust, on values that tell them apart.
 
+use super::skip::skipped;
 use super::{Isa, Level, Scalar, Vector};
 
 /// Signed zeros, denormals, infinities, NaN and neighbours; products and sums of these round in every way.
@@ -107,7 +108,7 @@ fn at_level(level: Level, a: [f32; 8], b: [f32; 8]) -> (Four, Eight) {
 #[test]
 fn every_level_computes_what_plain_rust_does() {
     for level in Level::ALL.into_iter().filter(|l| !l.is_available()) {
-        eprintln!("SKIPPED: level {} (this processor does not have it)", level.name());
+        skipped(format_args!("level {} (this processor does not have it)", level.name()));
     }
     for first in 0..16 {
         for second in 0..16 {

@@ -5,12 +5,13 @@ use crate::accel::test_meshes::{Random, bumpy_sphere, degenerate, mesh, soup};
 use crate::accel::{Bvh, build_fast, build_sah};
 use crate::scene::Mesh;
 use crate::simd::Level;
+use crate::simd::skip::skipped;
 use glam::Vec3;
 
 /// Every kernel set that runs here; says which do not.
 fn kernels() -> Vec<Kernels> {
     for level in Level::ALL.into_iter().filter(|l| !l.is_available()) {
-        eprintln!("SKIPPED: level {} (this processor does not have it)", level.name());
+        skipped(format_args!("level {} (this processor does not have it)", level.name()));
     }
     Level::available().map(Kernels::new).collect()
 }

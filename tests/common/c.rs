@@ -1,6 +1,10 @@
 //! Compiling and running C programs against the library that cargo has just built.
 #![allow(dead_code, reason = "each test program uses a part of it")]
 
+#[path = "skip.rs"]
+mod skip;
+
+use skip::skipped;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -16,7 +20,7 @@ const DEADLINE: Duration = Duration::from_secs(180);
 pub fn have(program: &str) -> bool {
     let found = Command::new(program).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
     if found.is_err() {
-        eprintln!("SKIPPED: {program} is not there");
+        skipped(format_args!("{program} is not there"));
     }
     found.is_ok()
 }
@@ -92,6 +96,7 @@ pub fn build(sources: &[&Path], out: &Path, link: Link) -> PathBuf {
 pub fn run(command: &mut Command) -> String {
     let (status, out, err) = outcome(command);
     assert!(status == Some(0), "{command:?} ended with {status:?}\n--- stdout\n{out}\n--- stderr\n{err}");
+    out.lines().filter_map(|line| line.strip_prefix("SKIPPED: ")).for_each(skipped);
     out
 }
 

@@ -1,5 +1,8 @@
 //! Scenes on the engine's own interface, and the brute force they are compared with.
 
+#[path = "skip.rs"]
+mod skip;
+
 use super::random::Random;
 use glam::{Affine3A, DVec3, Quat, Vec3, Vec3A};
 use openrt::accel::TwoLevel;
@@ -7,6 +10,7 @@ use openrt::scene::{Command, Instance, Mesh, Motion, Scene, Strategy};
 use openrt::simd::Level;
 use openrt::threads::Pool;
 use openrt::trace::{Hit, PreparedRay, Ray, triangle};
+use skip::skipped;
 
 /// A scene with its frame's instances. Object names are 1, 2, … in the order of the meshes.
 pub struct World {
@@ -65,7 +69,7 @@ impl World {
 /// Every pair of a strategy and an instruction set that runs here. Says which do not.
 pub fn combinations() -> Vec<(Strategy, Level)> {
     for level in Level::ALL.into_iter().filter(|l| !l.is_available()) {
-        eprintln!("SKIPPED: level {} (this processor does not have it)", level.name());
+        skipped(format_args!("level {} (this processor does not have it)", level.name()));
     }
     Strategy::ALL.into_iter().flat_map(|s| Level::available().map(move |l| (s, l))).collect()
 }

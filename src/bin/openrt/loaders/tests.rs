@@ -1,8 +1,12 @@
 //! Grammar, faults and hostile files, for all formats.
 
+#[path = "../../../../tests/common/skip.rs"]
+mod skip;
+
 use super::{LoadError, load, read};
 use crate::scene::{Background, Deform, Local, Projection, SceneFile};
 use glam::{DVec3, Vec3};
+use skip::skipped;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -423,7 +427,7 @@ fn mutated_files_do_no_harm() {
 fn bart_moves_smoothly() {
     let bart = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/bart");
     if !bart.is_dir() {
-        eprintln!("SKIPPED: no ../shared/bart");
+        skipped("no ../shared/bart");
         return;
     }
     for file in ["kitchen/aff/kitchen.aff", "robot/aff/Robot.aff", "museum/aff/museum5.aff"] {
