@@ -1,0 +1,55 @@
+//! openrt beside Embree: the same scenes, the same rays, one process, interleaved rounds.
+//!
+//! ```sh
+//! cargo bench --bench peers -- static     # rays per second
+//! cargo bench --bench peers -- --help     # options
+//! ```
+//!
+//! Embree (`libembree3`) is loaded at run time. Without it only our own figures are printed, and the bench says so.
+//! How is measured stands in the head of [`measure`], what in that of [`static_scenes`].
+
+mod embree;
+mod lanes;
+mod measure;
+#[allow(dead_code, reason = "shared with the tests")]
+#[path = "../../common/meshes.rs"]
+mod meshes;
+mod options;
+mod ours;
+#[allow(dead_code, reason = "shared with the tests")]
+#[path = "../../common/random.rs"]
+mod random;
+mod rays;
+mod report;
+mod scenes;
+mod static_scenes;
+
+use options::{Options, Suite};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let options = match Options::parse(std::env::args().skip(1)) {
+        Ok(options) => options,
+        Err(text) => {
+            eprintln!("{text}");
+            return ExitCode::FAILURE;
+        }
+    };
+    let embree = match embree::Embree::load() {
+        Ok(embree) => Some(embree),
+        Err(why) => {
+            println!("NO PEER: {why}. Only our own figures follow.");
+            None
+        }
+    };
+    let json = match options.suite {
+        Suite::Static => static_scenes::run(&options, embree.as_ref()),
+    };
+    if let Some(path) = &options.json
+        && let Err(error) = std::fs::write(path, json)
+    {
+        eprintln!("{}: {error}", path.display());
+        return ExitCode::FAILURE;
+    }
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,88 @@
+//! The command line.
+
+use crate::rays::Kind;
+use std::path::PathBuf;
+
+pub const USAGE: &str = "\
+usage: cargo bench --bench peers -- SUITE [options]
+  static           rays per second on S1 … S7
+options:
+  --quick          fewer rounds and picture sizes: within two minutes
+  --threads N      trace with N threads, wall time (1: processor time)
+  --json FILE      every figure, also those not printed
+  --scene S1,S6    only these
+  --kind primary,shadow,bounce
+  --all            every mode of both engines, not only the best";
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Suite {
+    Static,
+}
+
+#[derive(Clone, Debug)]
+pub struct Options {
+    pub suite: Suite,
+    pub quick: bool,
+    pub all: bool,
+    pub threads: usize,
+    pub json: Option<PathBuf>,
+    /// Empty: all.
+    scenes: Vec<String>,
+    kinds: Vec<Kind>,
+}
+
+impl Options {
+    /// # Errors
+    /// The text to show instead of running.
+    pub fn parse(arguments: impl Iterator<Item = String>) -> Result<Options, String> {
+        let mut suite = None;
+        let mut options = Options {
+            suite: Suite::Static,
+            quick: false,
+            all: false,
+            threads: 1,
+            json: None,
+            scenes: Vec::new(),
+            kinds: Kind::ALL.to_vec(),
+        };
+        let mut arguments = arguments;
+        while let Some(argument) = arguments.next() {
+            let mut value = || arguments.next().ok_or_else(|| format!("{argument} needs a value\n{USAGE}"));
+            match argument.as_str() {
+                // Passed by `cargo bench` itself.
+                "--bench" => {}
+                "static" => suite = Some(Suite::Static),
+                "--quick" => options.quick = true,
+                "--all" => options.all = true,
+                "--threads" => {
+                    let text = value()?;
+                    let number = text.parse().ok().filter(|n| (1..=1024).contains(n));
+                    options.threads = number.ok_or_else(|| format!("--threads {text}: 1 to 1024"))?;
+                }
+                "--json" => options.json = Some(value()?.into()),
+                "--scene" => options.scenes = value()?.split(',').map(|s| s.trim().to_uppercase()).collect(),
+                "--kind" => {
+                    let named = |name: &str| {
+                        Kind::ALL
+                            .into_iter()
+                            .find(|k| k.name() == name.trim())
+                            .ok_or(format!("no kind {name}\n{USAGE}"))
+                    };
+                    options.kinds = value()?.split(',').map(named).collect::<Result<_, _>>()?;
+                }
+                _ => return Err(USAGE.to_owned()),
+            }
+        }
+        options.suite = suite.ok_or_else(|| USAGE.to_owned())?;
+        Ok(options)
+    }
+
+    pub fn wants_scene(&self, name: &str) -> bool {
+        self.scenes.is_empty() || self.scenes.iter().any(|s| s == name)
+    }
+
+    pub fn wants_kind(&self, kind: Kind) -> bool {
+        self.kinds.contains(&kind)
+    }
+}
