@@ -11,7 +11,7 @@ mod random;
 mod world;
 
 use glam::{Affine3A, Vec3};
-use openrt::scene::{Command, Instance, Mesh, Motion, Strategy};
+use openrt::scene::{Command, Instance, Mesh, Motion, Strategy, TopLevelKind};
 use openrt::simd::Level;
 use openrt::threads::Pool;
 use openrt::trace::{Hit, Ray, Tracer};
@@ -90,14 +90,16 @@ fn is_rescaled(ray: &Ray) -> bool {
 fn check_bits(name: &str, world: &World, rays: &[Ray]) -> usize {
     let pool = pool();
     let mut expected: Option<Vec<Option<Hit>>> = None;
-    for (strategy, level) in combinations() {
-        let built = world.build(&pool, strategy, level);
+    for (strategy, level, top) in combinations() {
+        let built = world.build(&pool, strategy, level, top);
         let tracer = Tracer::new(&built);
         let mut hits = vec![None; rays.len()];
         tracer.intersect_many(rays, &mut hits);
         let mut occluded = vec![false; rays.len()];
         tracer.occluded_many(rays, &mut occluded);
-        let what = |i: usize| format!("{name}, {} at level {}, ray {i}: {:?}", strategy.name(), level.name(), rays[i]);
+        let what = |i: usize| {
+            format!("{name}, {} at level {} below {top:?}, ray {i}: {:?}", strategy.name(), level.name(), rays[i])
+        };
         for (i, (hit, occluded)) in hits.iter().zip(&occluded).enumerate() {
             assert_eq!(hit.is_some(), *occluded, "occluded differs: {}", what(i));
         }
@@ -127,7 +129,12 @@ fn closest_hits_agree_with_exact_geometry() {
         let triangles: Vec<_> = (0..600).map(|p| mesh.corners(p)).collect();
         let rays = rays(&mut random, &triangles, 1500);
         let world = World::plain(mesh);
-        let built = world.build(&pool(), Strategy::ALL[round % Strategy::ALL.len()], Level::detect());
+        let built = world.build(
+            &pool(),
+            Strategy::ALL[round % Strategy::ALL.len()],
+            Level::detect(),
+            TopLevelKind::ALL[round / 2 % 2],
+        );
         let tracer = Tracer::new(&built);
         for (i, ray) in rays.iter().enumerate() {
             let verdicts: Vec<Verdict> = triangles.iter().map(|t| oracle(ray, *t)).collect();
@@ -251,10 +258,10 @@ fn equal_instances_and_equal_triangles_give_the_lowest_numbers() {
     let instances = [Affine3A::from_translation(Vec3::Z * 5.0), turn, turn, turn].map(|m| (1, m)).to_vec();
     let world = World::new(vec![twice], instances);
     let pool = pool();
-    for (strategy, level) in combinations() {
-        let built = world.build(&pool, strategy, level);
+    for (strategy, level, top) in combinations() {
+        let built = world.build(&pool, strategy, level, top);
         let hit = Tracer::new(&built).intersect(&Ray::new(Vec3::new(0.1, 0.0, -3.0), Vec3::Z)).expect("in the way");
-        assert_eq!((hit.instance, hit.prim), (1, 1), "{} at {}", strategy.name(), level.name());
+        assert_eq!((hit.instance, hit.prim), (1, 1), "{} at {}, {top:?}", strategy.name(), level.name());
     }
 }
 
@@ -279,13 +286,13 @@ fn broken_instances_draw_nothing_and_leave_the_others_alone() {
     let plain = World::new(shapes(), good());
     let mixed = World::new(shapes(), [good(), broken].concat());
     let rays = rays(&mut random, &world_triangles(&plain), 500);
-    for (strategy, level) in combinations() {
-        let (a, b) = (plain.build(&pool, strategy, level), mixed.build(&pool, strategy, level));
+    for (strategy, level, top) in combinations() {
+        let (a, b) = (plain.build(&pool, strategy, level, top), mixed.build(&pool, strategy, level, top));
         for ray in &rays {
             assert_eq!(
                 bits(&Tracer::new(&a).intersect(ray)),
                 bits(&Tracer::new(&b).intersect(ray)),
-                "seed {seed}, {ray:?}"
+                "seed {seed}, {top:?}, {ray:?}"
             );
         }
     }
@@ -298,8 +305,8 @@ fn extreme_scales_are_hit_where_they_are() {
     for scale in [1e-15f32, 1e-10, 1.0, 1e10, 1e15] {
         let mesh = meshes::moved(meshes::icosphere(2), |p| p / scale);
         let world = World::new(vec![mesh], vec![(1, Affine3A::from_scale(Vec3::splat(scale)))]);
-        for (strategy, level) in combinations() {
-            let built = world.build(&pool, strategy, level);
+        for (strategy, level, top) in combinations() {
+            let built = world.build(&pool, strategy, level, top);
             let tracer = Tracer::new(&built);
             for length in [1e-37f32, 1e-30, 1e-10, 1.0, 1e10, 1e30] {
                 let dir = Vec3::new(0.1, 0.2, -1.0) * length;
@@ -337,8 +344,8 @@ fn broken_rays_hit_nothing() {
         Ray { tmin: 2.0, tmax: 1.0, ..plain },
         Ray { tmin: inf, ..plain },
     ];
-    for (strategy, level) in combinations() {
-        let built = world.build(&pool, strategy, level);
+    for (strategy, level, top) in combinations() {
+        let built = world.build(&pool, strategy, level, top);
         let tracer = Tracer::new(&built);
         for ray in &broken {
             assert_eq!((tracer.intersect(ray), tracer.occluded(ray)), (None, false), "{ray:?}");
@@ -353,7 +360,8 @@ fn updates_follow_the_scene() {
     let seed = Random::seed(6);
     let mut random = Random::new(seed);
     let pool = pool();
-    for strategy in [None].into_iter().chain(Strategy::ALL.map(Some)) {
+    let strategies = [None].into_iter().chain(Strategy::ALL.map(Some));
+    for (strategy, top) in strategies.flat_map(|s| TopLevelKind::ALL.map(|t| (s, t))) {
         let mut world = World::new(
             vec![meshes::icosphere(3), meshes::soup(&mut random, 200, 0.2)],
             vec![
@@ -365,6 +373,7 @@ fn updates_follow_the_scene() {
         world.scene.apply(Command::SetMotion { name: 1, motion: Motion::Unstructured });
         let mut built = openrt::accel::TwoLevel::new(Level::detect());
         built.force_strategy(strategy);
+        built.force_top_level(Some(top));
         for frame in 0..14 {
             match frame {
                 4 => world.scene.apply(Command::DeleteObjects { first: 2, count: 1 }),
@@ -400,7 +409,7 @@ fn updates_follow_the_scene() {
             assert_eq!(stats.out_of_memory, 0);
             let tracer = Tracer::new(&built);
             for ray in rays(&mut random, &world_triangles(&world), 150).iter().filter(|r| !is_rescaled(r)) {
-                let what = format!("seed {seed}, {strategy:?}, frame {frame}, {ray:?}");
+                let what = format!("seed {seed}, {strategy:?}, {top:?}, frame {frame}, {ray:?}");
                 assert_eq!(bits(&tracer.intersect(ray)), bits(&world.brute_force(&built, ray)), "{what}");
             }
             // A second update has nothing to do.

@@ -14,7 +14,7 @@ mod world;
 
 use glam::{Affine3A, DAffine3, DMat3, Quat, Vec3};
 use openrt::accel::TwoLevel;
-use openrt::scene::{Command, Mesh, Motion, Strategy};
+use openrt::scene::{Command, Mesh, Motion, Strategy, TopLevelKind};
 use openrt::simd::Level;
 use openrt::threads::Pool;
 use openrt::trace::{Ray, Tracer};
@@ -80,12 +80,12 @@ fn placements() -> [(&'static str, Affine3A); 5] {
 }
 
 /// The structure of a mesh that was built in another pose and then moved to its own.
-fn build(pool: &Pool, mesh: &Mesh, placed: Affine3A, strategy: Strategy, level: Level) -> TwoLevel {
+fn build(pool: &Pool, mesh: &Mesh, placed: Affine3A, strategy: Strategy, level: Level, top: TopLevelKind) -> TwoLevel {
     let center = mesh.positions.iter().fold(Vec3::ZERO, |s, p| s + *p / mesh.positions.len() as f32);
     let pose = meshes::moved(mesh.clone(), |p| center + (p - center) * Vec3::new(0.7, 1.2, 0.9));
     let mut world = World::new(vec![pose], vec![(1, placed)]);
     world.scene.apply(Command::SetMotion { name: 1, motion: Motion::Unstructured });
-    let mut built = world.build(pool, strategy, level);
+    let mut built = world.build(pool, strategy, level, top);
     world.scene.apply(Command::UpdatePositions { name: 1, first: 0, positions: mesh.positions.clone() });
     pool.install(|| built.update(&world.scene, &world.instances));
     built
@@ -140,7 +140,7 @@ fn no_ray_leaves_a_closed_mesh() {
     let pool = Pool::new(None).expect("threads");
     let pairs = combinations();
     let (shapes, placements) = (closed_meshes(), placements());
-    let weights: usize = pairs.iter().map(|(s, l)| weight(*s, *l)).sum();
+    let weights: usize = pairs.iter().map(|(s, l, _)| weight(*s, *l)).sum();
     let cells: usize = shapes.iter().map(|s| s.placements(&placements).len()).sum();
     let chunks_per_weight = RAYS.div_ceil(CHUNK * weights * cells);
     let (mut total, mut leaks) = (0usize, Vec::new());
@@ -148,8 +148,8 @@ fn no_ray_leaves_a_closed_mesh() {
         for (place, world_from_object) in closed.placements(&placements) {
             let exact = in_f64(world_from_object);
             let is_plain = *world_from_object == Affine3A::IDENTITY;
-            for &(strategy, level) in &pairs {
-                let built = build(&pool, &closed.mesh, *world_from_object, strategy, level);
+            for &(strategy, level, top) in &pairs {
+                let built = build(&pool, &closed.mesh, *world_from_object, strategy, level, top);
                 let tracer = Tracer::new(&built);
                 let chunks = weight(strategy, level) * chunks_per_weight;
                 let count_leaks = |chunk: usize| {
@@ -170,7 +170,7 @@ fn no_ray_leaves_a_closed_mesh() {
                 total += chunks * CHUNK;
                 if missed > 0 {
                     leaks.push(format!(
-                        "{}, {place}, {} at {}: {missed} of {}",
+                        "{}, {place}, {} at {} below {top:?}: {missed} of {}",
                         closed.name,
                         strategy.name(),
                         level.name(),
@@ -196,8 +196,8 @@ fn aimed_rays_hit_the_same_triangle_through_every_structure() {
             let mut random = Random::new(seed);
             let rays: Vec<Ray> = (0..2000).map(|_| placed_ray(&exact, &aimed(&mut random, closed))).collect();
             let mut expected = None;
-            for (strategy, level) in combinations() {
-                let built = build(&pool, &closed.mesh, *world_from_object, strategy, level);
+            for (strategy, level, top) in combinations() {
+                let built = build(&pool, &closed.mesh, *world_from_object, strategy, level, top);
                 let tracer = Tracer::new(&built);
                 let hits: Vec<_> = rays
                     .iter()
@@ -208,7 +208,7 @@ fn aimed_rays_hit_the_same_triangle_through_every_structure() {
                     assert_eq!(
                         hit,
                         expected,
-                        "seed {seed}, {}, {place}, {} at {}, {:?}",
+                        "seed {seed}, {}, {place}, {} at {} below {top:?}, {:?}",
                         closed.name,
                         strategy.name(),
                         level.name(),

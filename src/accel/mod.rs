@@ -10,9 +10,12 @@ mod build_sah;
 mod bvh;
 mod instance;
 mod object_accel;
+mod place;
 mod refit;
 mod strategy;
 mod top_level_bsp;
+mod top_level_bvh;
+mod top_level_split;
 mod two_level;
 mod validate;
 
@@ -26,7 +29,8 @@ pub use instance::InstanceRecord;
 pub use object_accel::{ObjectAccel, Structure};
 pub use refit::Refit;
 pub use top_level_bsp::{TOP_MAX_DEPTH, TopLevelBsp, TopNode};
-pub use two_level::{TwoLevel, UpdateStats};
+pub use top_level_bvh::TopLevelBvh;
+pub use two_level::{TopLevel, TwoLevel, UpdateStats};
 pub use validate::validate;
 
 #[cfg(test)]

@@ -32,6 +32,7 @@ pub struct ObjectAccel {
     /// SAH cost after the last build, where wear is watched.
     cost_when_built: f64,
     definitions: u64,
+    triangles: u64,
 }
 
 /// What an update did.
@@ -70,6 +71,12 @@ impl ObjectAccel {
         }
     }
 
+    /// Triangles of the object, those that no ray can hit included.
+    #[inline]
+    pub fn triangles(&self) -> u64 {
+        self.triangles
+    }
+
     /// Bytes held; 0 while nothing is built.
     pub fn memory_bytes(&self) -> usize {
         match &self.structure {
@@ -81,6 +88,7 @@ impl ObjectAccel {
 
     /// Brings the structure in line with `object`. To be called inside the pool.
     pub(super) fn update(&mut self, object: &Object, forced: Option<Strategy>) -> Outcome {
+        self.triangles = object.mesh.triangles.len() as u64;
         let same_topology = self.made_with.is_some() && self.topology_version == object.topology_version;
         let same_vertices = same_topology && self.vertex_version == object.vertex_version;
         let redefined = self.definitions > 1 || (self.definitions == 1 && !same_topology);

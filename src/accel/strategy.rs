@@ -8,7 +8,7 @@
 //!   [`WORN`] times as costly to trace as after its build; then it is built anew, fast. Those that are defined anew every
 //!   frame are built fast, from the second time on.
 
-use crate::scene::{Motion, Object, Strategy};
+use crate::scene::{Motion, Object, Strategy, TopLevelKind};
 
 /// SAH cost after refits over cost after the build beyond which `Auto` builds anew. Embree's refit-only series on the soup of spheres
 /// lose 20 % of trace time per frame; at 1.5 a build amortises over two or three frames.
@@ -53,6 +53,12 @@ impl Method {
 pub(super) fn forced_by_environment() -> Option<Strategy> {
     let name = std::env::var("OPENRT_ACCEL").ok()?;
     Strategy::from_name(name.trim()).filter(|s| *s != Strategy::Auto)
+}
+
+/// The same for the top level, by `OPENRT_TOPLEVEL`.
+pub(super) fn forced_top_level() -> Option<TopLevelKind> {
+    let name = std::env::var("OPENRT_TOPLEVEL").ok()?;
+    TopLevelKind::from_name(name.trim()).filter(|k| *k != TopLevelKind::Auto)
 }
 
 #[cfg(test)]

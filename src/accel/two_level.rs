@@ -1,4 +1,10 @@
-//! The two-level structure of one frame: a BSP over instances, instances over object structures (Wald03 §4.1, figure 3).
+//! The two-level structure of one frame: a tree over instances, instances over object structures (Wald03 §4.1, figure 3).
+//!
+//! The tree is an 8-wide bounding volume hierarchy ([`super::top_level_bvh`]), or on request the BSP of Wald03 §4.5. Against the BSP it
+//! is built in half the time or less (161 instances 0.05 ms against 0.10, 661 0.17 against 0.49, 10,000 4.9
+//! against 13.7) and traced faster by single rays: 1.4 to 1.5 times on 161 parts of robots, 1.2 to 1.8 on 661
+//! trees, 1.3 to 2.3 on 10,000 overlapping instances; only for shadow rays among instances that overlap tenfold are they equal. So it is what
+//! is built unless something else is asked for. (AVX2, one thread, both in one run.)
 //!
 //! An update brings the structures of the objects that are *instanced in this frame* in line with the scene, in parallel,
 //! drops those of deleted objects, and rebuilds everything that is per instance: inverse matrices, world boxes, top level. Objects that
@@ -6,15 +12,18 @@
 //! before allocates nothing here.
 
 use super::Aabb;
-use super::instance::{InstanceRecord, Reach, invert, reach};
+use super::instance::InstanceRecord;
 use super::object_accel::{ObjectAccel, Outcome};
-use super::strategy::forced_by_environment;
+use super::place::{NameHasher, Placed};
+use super::strategy::{forced_by_environment, forced_top_level};
 use super::top_level_bsp::TopLevelBsp;
-use crate::scene::{Instance, Name, Scene, Strategy};
+use super::top_level_bvh::TopLevelBvh;
+use crate::scene::{Instance, Name, Scene, Strategy, TopLevelKind};
 use crate::simd::Level;
-use glam::{DMat3, Mat3, Vec3};
+use glam::Mat3;
 use rayon::prelude::*;
 use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 use std::time::Instant;
 
 /// What an update did and what is held now.
@@ -37,25 +46,44 @@ pub struct UpdateStats {
     pub out_of_memory: u64,
 }
 
+/// The structure over the instances that have a box; its references are indices of [`TwoLevel::instances`].
+#[derive(Debug)]
+pub enum TopLevel {
+    Bsp(TopLevelBsp),
+    Bvh(TopLevelBvh),
+}
+
+impl TopLevel {
+    fn kind(&self) -> TopLevelKind {
+        match self {
+            TopLevel::Bsp(_) => TopLevelKind::Bsp,
+            TopLevel::Bvh(_) => TopLevelKind::Bvh,
+        }
+    }
+
+    fn memory_bytes(&self) -> usize {
+        match self {
+            TopLevel::Bsp(bsp) => bsp.memory_bytes(),
+            TopLevel::Bvh(bvh) => bvh.memory_bytes(),
+        }
+    }
+}
+
 /// Everything that rays of one frame traverse.
 pub struct TwoLevel {
     level: Level,
     forced: Option<Strategy>,
+    forced_top: Option<TopLevelKind>,
     /// Objects by slot; unused slots have name 0.
     objects: Vec<ObjectAccel>,
-    slot_of: HashMap<Name, u32>,
+    slot_of: HashMap<Name, u32, BuildHasherDefault<NameHasher>>,
     free_slots: Vec<u32>,
     /// Per slot: what this frame's update did, `None` if the object is not in it.
     outcomes: Vec<Option<Outcome>>,
-    instances: Vec<InstanceRecord>,
-    /// Per instance; apart from the records, as the build and the leaves of the top level read nothing else.
-    boxes: Vec<Aabb>,
-    /// Numbers of instances without a box.
-    outliers: Vec<u32>,
-    /// Instances with a box, as numbered in `top_level`.
-    boxed: Vec<u32>,
-    top_level: TopLevelBsp,
-    origin_error: Mat3,
+    /// Per instance of the frame: its object's slot, or `u32::MAX`.
+    slots: Vec<u32>,
+    placed: Placed,
+    top_level: TopLevel,
 }
 
 impl TwoLevel {
@@ -64,22 +92,25 @@ impl TwoLevel {
         Self {
             level,
             forced: forced_by_environment(),
+            forced_top: forced_top_level(),
             objects: Vec::new(),
-            slot_of: HashMap::new(),
+            slot_of: HashMap::default(),
             free_slots: Vec::new(),
             outcomes: Vec::new(),
-            instances: Vec::new(),
-            boxes: Vec::new(),
-            outliers: Vec::new(),
-            boxed: Vec::new(),
-            top_level: TopLevelBsp::default(),
-            origin_error: Mat3::ZERO,
+            slots: Vec::new(),
+            placed: Placed::default(),
+            top_level: TopLevel::Bvh(TopLevelBvh::default()),
         }
     }
 
     /// Builds every object by `strategy` whatever it asks for, as `OPENRT_ACCEL` does; `None` ends that.
     pub fn force_strategy(&mut self, strategy: Option<Strategy>) {
         self.forced = strategy.filter(|s| *s != Strategy::Auto);
+    }
+
+    /// Builds the top level as `kind`, as `OPENRT_TOPLEVEL` does; `None` or `Auto` ends that. Counts from the next update on.
+    pub fn force_top_level(&mut self, kind: Option<TopLevelKind>) {
+        self.forced_top = kind.filter(|k| *k != TopLevelKind::Auto);
     }
 
     /// The instruction set that was asked for.
@@ -97,32 +128,32 @@ impl TwoLevel {
     /// The instances of the frame that can be hit, in ascending order of their number.
     #[inline(always)]
     pub fn instances(&self) -> &[InstanceRecord] {
-        &self.instances
+        &self.placed.records
     }
 
     /// Where each of [`TwoLevel::instances`] can be hit by a ray from near the origin (see `accel/instance`); infinite for an outlier.
     #[inline(always)]
     pub fn boxes(&self) -> &[Aabb] {
-        &self.boxes
+        &self.placed.boxes
     }
 
     /// Over the instances that have a box; its references are indices of [`TwoLevel::instances`].
     #[inline(always)]
-    pub fn top_level(&self) -> &TopLevelBsp {
+    pub fn top_level(&self) -> &TopLevel {
         &self.top_level
     }
 
     /// Indices of instances that every ray has to be offered to.
     #[inline(always)]
     pub fn outliers(&self) -> &[u32] {
-        &self.outliers
+        &self.placed.outliers
     }
 
     /// World boxes hold for a ray whose planes are moved by this matrix times the magnitudes of its origin (see
     /// `accel/instance`).
     #[inline(always)]
     pub fn origin_error(&self) -> &Mat3 {
-        &self.origin_error
+        &self.placed.origin_error
     }
 
     /// Brings everything in line with the scene and the frame's instances. Instances of objects that do not exist or
@@ -133,17 +164,33 @@ impl TwoLevel {
         self.drop_deleted(scene);
         self.update_objects(scene, instances, &mut stats);
         let begin = Instant::now();
-        self.place(scene, instances, &mut stats);
-        let Self { top_level, boxes, boxed, .. } = self;
-        if let Err(error) = top_level.build(boxed, |i| boxes[i as usize]) {
-            stats.out_of_memory += error.bytes as u64;
-        }
+        self.update_top_level(instances, &mut stats);
         stats.top_level_seconds = begin.elapsed().as_secs_f64();
         stats.bytes = (self.objects.iter().map(ObjectAccel::memory_bytes).sum::<usize>()
             + self.top_level.memory_bytes()
-            + self.instances.capacity() * size_of::<InstanceRecord>()
-            + self.boxes.capacity() * size_of::<Aabb>()) as u64;
+            + self.placed.memory_bytes()) as u64;
         stats
+    }
+
+    fn update_top_level(&mut self, instances: &[Instance], stats: &mut UpdateStats) {
+        let Self { placed, objects, slots, top_level, forced_top, .. } = self;
+        let kind = forced_top.unwrap_or(TopLevelKind::Bvh);
+        if top_level.kind() != kind {
+            *top_level = match kind {
+                TopLevelKind::Bsp => TopLevel::Bsp(TopLevelBsp::default()),
+                TopLevelKind::Bvh | TopLevelKind::Auto => TopLevel::Bvh(TopLevelBvh::default()),
+            };
+        }
+        let result = placed.place(instances, slots, |slot| objects[slot as usize].bounds());
+        let Placed { boxes, boxed, .. } = placed;
+        let built = match top_level {
+            TopLevel::Bsp(bsp) => bsp.build(boxed, |i| boxes[i as usize]),
+            TopLevel::Bvh(bvh) => bvh.build(boxed, boxes),
+        };
+        if let Err(error) = result.and(built) {
+            stats.out_of_memory += error.bytes as u64;
+        }
+        stats.triangles = placed.records.iter().map(|r| objects[r.slot as usize].triangles()).sum();
     }
 
     fn drop_deleted(&mut self, scene: &Scene) {
@@ -159,24 +206,35 @@ impl TwoLevel {
     }
 
     fn update_objects(&mut self, scene: &Scene, instances: &[Instance], stats: &mut UpdateStats) {
-        self.outcomes.clear();
-        self.outcomes.resize(self.objects.len(), None);
+        let Self { objects, slot_of, free_slots, outcomes, slots, .. } = self;
+        outcomes.clear();
+        outcomes.resize(objects.len(), None);
+        slots.clear();
+        if slots.try_reserve(instances.len()).is_err() {
+            stats.out_of_memory += size_of_val(instances) as u64;
+            return;
+        }
         for instance in instances {
-            if !scene.objects.contains_key(&instance.object) {
-                continue;
-            }
-            let slot = *self.slot_of.entry(instance.object).or_insert_with(|| {
+            // A slot is there only for an object that exists: see drop_deleted().
+            let known = slot_of.get(&instance.object).copied();
+            let slot = known.or_else(|| {
+                scene.objects.get(&instance.object)?;
                 let fresh = ObjectAccel::new(instance.object);
-                if let Some(slot) = self.free_slots.pop() {
-                    self.objects[slot as usize] = fresh;
+                let slot = if let Some(slot) = free_slots.pop() {
+                    objects[slot as usize] = fresh;
                     slot
                 } else {
-                    self.objects.push(fresh);
-                    self.outcomes.push(None);
-                    self.objects.len() as u32 - 1
-                }
+                    objects.push(fresh);
+                    outcomes.push(None);
+                    objects.len() as u32 - 1
+                };
+                slot_of.insert(instance.object, slot);
+                Some(slot)
             });
-            self.outcomes[slot as usize] = Some(Outcome::Unchanged);
+            slots.push(slot.unwrap_or(u32::MAX));
+            if let Some(slot) = slot {
+                outcomes[slot as usize] = Some(Outcome::Unchanged);
+            }
         }
         let forced = self.forced;
         self.objects.par_iter_mut().zip(&mut self.outcomes).for_each(|(accel, outcome)| {
@@ -199,57 +257,6 @@ impl TwoLevel {
             }
         }
     }
-
-    fn place(&mut self, scene: &Scene, instances: &[Instance], stats: &mut UpdateStats) {
-        self.instances.clear();
-        self.boxes.clear();
-        self.outliers.clear();
-        self.boxed.clear();
-        let mut origin_error = DMat3::ZERO;
-        let count = instances.len();
-        let reserved = self.instances.try_reserve(count).and(self.boxes.try_reserve(count));
-        if reserved.and(self.boxed.try_reserve(count)).and(self.outliers.try_reserve(count)).is_err() {
-            stats.out_of_memory += (count * size_of::<InstanceRecord>()) as u64;
-            return;
-        }
-        for (number, instance) in instances.iter().enumerate() {
-            let Some(&slot) = self.slot_of.get(&instance.object) else { continue };
-            let object_bounds = self.objects[slot as usize].bounds();
-            if object_bounds.is_empty() {
-                continue;
-            }
-            let Some(object_from_world) = invert(&instance.world_from_object) else { continue };
-            let Some(reach) = reach(&object_bounds, &object_from_world) else { continue };
-            let index = self.instances.len() as u32;
-            let bounds = match reach {
-                Reach::Box { bounds, error } => {
-                    origin_error = larger(origin_error, error);
-                    self.boxed.push(index);
-                    bounds
-                }
-                Reach::Outlier => {
-                    self.outliers.push(index);
-                    Aabb { lo: Vec3::NEG_INFINITY, hi: Vec3::INFINITY }
-                }
-            };
-            self.instances.push(InstanceRecord {
-                instance: number as u32,
-                slot,
-                object: instance.object,
-                world_from_object: instance.world_from_object,
-                object_from_world,
-            });
-            self.boxes.push(bounds);
-            stats.triangles += scene.objects.get(&instance.object).map_or(0, |o| o.mesh.triangles.len() as u64);
-        }
-        // Rounding to f32 is covered by the slack in the error's constant.
-        self.origin_error = origin_error.as_mat3();
-    }
-}
-
-/// Component by component.
-fn larger(a: DMat3, b: DMat3) -> DMat3 {
-    DMat3::from_cols(a.x_axis.max(b.x_axis), a.y_axis.max(b.y_axis), a.z_axis.max(b.z_axis))
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ mod object;
 mod program;
 mod shader;
 mod texture;
+mod top_level;
 
 pub use command::Command;
 pub use frame_desc::{FrameDesc, Instance, Viewport};
@@ -23,6 +24,7 @@ pub use program::{
 };
 pub use shader::{ParamDef, ParamScope, ParamType, ParamValue, Shader, ShaderClass, ShaderKind};
 pub use texture::{Filter, Texture, TextureFormat, TextureLevel, Wrap};
+pub use top_level::TopLevelKind;
 
 use std::collections::HashMap;
 use std::sync::Arc;

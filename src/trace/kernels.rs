@@ -4,12 +4,13 @@
 //! object and ray or per batch, never per node.
 
 use super::traverse_bvh::traverse;
-use super::{Hit, PreparedRay};
-use crate::accel::Bvh;
+use super::{Hit, PreparedRay, traverse_top_bvh};
+use crate::accel::{Bvh, TopLevelBvh, TwoLevel};
 use crate::simd::{Level, Scalar};
 
 type Intersect = unsafe fn(&Bvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
 type Occluded = unsafe fn(&Bvh, &PreparedRay) -> bool;
+type Scene = unsafe fn(&TwoLevel, &TopLevelBvh, &PreparedRay, &mut Hit) -> bool;
 
 /// The kernels of one level. Holding one proves that the processor can run them.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +18,8 @@ pub struct Kernels {
     level: Level,
     intersect: Intersect,
     occluded: Occluded,
+    scene_intersect: Scene,
+    scene_occluded: Scene,
 }
 
 /// Writes the shells of one instruction set as a module.
@@ -47,8 +50,39 @@ macro_rules! shells {
                 unsafe { traverse::<$isa, true>(bvh, ray, 0, 0, &mut Hit::none(ray.tmax)) }
             }
 
-            pub(super) const KERNELS: Kernels =
-                Kernels { level: super::level_of!($name), intersect, occluded };
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
+            pub(super) unsafe fn scene_intersect(
+                world: &TwoLevel,
+                tree: &TopLevelBvh,
+                ray: &PreparedRay,
+                best: &mut Hit,
+            ) -> bool {
+                // SAFETY: the caller's promise.
+                unsafe { traverse_top_bvh::traverse::<$isa, false>(world, tree, ray, best) }
+            }
+
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
+            pub(super) unsafe fn scene_occluded(
+                world: &TwoLevel,
+                tree: &TopLevelBvh,
+                ray: &PreparedRay,
+                best: &mut Hit,
+            ) -> bool {
+                // SAFETY: the caller's promise.
+                unsafe { traverse_top_bvh::traverse::<$isa, true>(world, tree, ray, best) }
+            }
+
+            pub(super) const KERNELS: Kernels = Kernels {
+                level: super::level_of!($name),
+                intersect,
+                occluded,
+                scene_intersect,
+                scene_occluded,
+            };
         }
     };
 }
@@ -112,5 +146,20 @@ impl Kernels {
     pub fn occluded(&self, bvh: &Bvh, ray: &PreparedRay) -> bool {
         // SAFETY: `new` picks only levels that the processor has.
         unsafe { (self.occluded)(bvh, ray) }
+    }
+
+    /// The ray through the top-level tree and the objects below it: both levels in one shell. With `ANY` the first hit
+    /// ends the search and `best` stays; else as [`Kernels::intersect`]. `tree` is that of `world`.
+    #[inline]
+    pub(super) fn scene<const ANY: bool>(
+        &self,
+        world: &TwoLevel,
+        tree: &TopLevelBvh,
+        ray: &PreparedRay,
+        best: &mut Hit,
+    ) -> bool {
+        let kernel = if ANY { self.scene_occluded } else { self.scene_intersect };
+        // SAFETY: `new` picks only levels that the processor has.
+        unsafe { kernel(world, tree, ray, best) }
     }
 }

@@ -13,6 +13,7 @@ mod tracer;
 mod traverse_bsp;
 mod traverse_bvh;
 mod traverse_scene;
+mod traverse_top_bvh;
 mod triangle4;
 
 pub use hit::Hit;

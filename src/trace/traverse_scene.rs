@@ -1,4 +1,5 @@
-//! One ray through the top-level BSP, and from its leaves into objects (Wald03 §4.4).
+//! One ray through all instances: the outliers, then the top level. The top-level tree has a kernel of its own,
+//! [`super::traverse_top_bvh`], by the rules below; here is the BSP, and from its leaves into objects (Wald03 §4.4).
 //!
 //! In a leaf each instance is met at most once per ray (a small hashed mailbox on the stack; Havran 2001): the ray is tested
 //! against the instance's world box, transformed without re-normalising, clipped against the object's own box (Wald03 §6), and traverses
@@ -20,7 +21,7 @@
 //! the same bits wherever it comes from), and hits at equal `t` are compared by number. So the winner is always found, and found to be the same.
 
 use super::{Hit, Kernels, PreparedRay, Ray, SLAB_PAD, traverse_bsp};
-use crate::accel::{Aabb, InstanceRecord, Structure, TOP_MAX_DEPTH, TopNode, TwoLevel};
+use crate::accel::{Aabb, InstanceRecord, Structure, TOP_MAX_DEPTH, TopLevel, TopLevelBsp, TopNode, TwoLevel};
 use glam::{Affine3A, Vec3};
 
 /// Instances are remembered by the low bits of their index.
@@ -35,15 +36,16 @@ struct Pending {
 }
 
 /// What the slab tests of the top level need, with the origin moved both ways.
-struct SceneRay {
-    near_org: Vec3,
-    far_org: Vec3,
-    inv_dir: Vec3,
-    tmin: f32,
+pub(super) struct SceneRay {
+    pub near_org: Vec3,
+    pub far_org: Vec3,
+    pub inv_dir: Vec3,
+    pub tmin: f32,
 }
 
 impl SceneRay {
-    fn new(world: &TwoLevel, ray: &PreparedRay) -> Self {
+    #[inline(always)]
+    pub fn new(world: &TwoLevel, ray: &PreparedRay) -> Self {
         let m = world.origin_error();
         let o = ray.org.abs();
         let error = (m.x_axis * o.x + m.y_axis * o.y) + m.z_axis * o.z;
@@ -63,7 +65,7 @@ impl SceneRay {
 
 /// The ray of world space in object space: always these operations in this order, so that all ways to an instance give the same bits.
 #[inline(always)]
-fn transform(object_from_world: &Affine3A, ray: &PreparedRay) -> Ray {
+pub(super) fn transform(object_from_world: &Affine3A, ray: &PreparedRay) -> Ray {
     let m = &object_from_world.matrix3;
     let linear = |v: Vec3| (m.x_axis * v.x + m.y_axis * v.y) + m.z_axis * v.z;
     Ray {
@@ -91,10 +93,24 @@ pub(super) fn traverse<const ANY: bool>(
             found = true;
         }
     }
-    let tree = world.top_level();
+    found
+        | match world.top_level() {
+            TopLevel::Bvh(tree) => kernels.scene::<ANY>(world, tree, ray, best),
+            TopLevel::Bsp(tree) => traverse_bsp_of_instances::<ANY>(world, tree, kernels, ray, best),
+        }
+}
+
+fn traverse_bsp_of_instances<const ANY: bool>(
+    world: &TwoLevel,
+    tree: &TopLevelBsp,
+    kernels: &Kernels,
+    ray: &PreparedRay,
+    best: &mut Hit,
+) -> bool {
+    let mut found = false;
     let nodes = tree.nodes();
     if nodes.is_empty() {
-        return found;
+        return false;
     }
     let scene_ray = SceneRay::new(world, ray);
     let (mut enter, mut exit) = scene_ray.slab(&tree.bounds());

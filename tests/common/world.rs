@@ -5,8 +5,8 @@ mod skip;
 
 use super::random::Random;
 use glam::{Affine3A, DVec3, Quat, Vec3, Vec3A};
-use openrt::accel::TwoLevel;
-use openrt::scene::{Command, Instance, Mesh, Motion, Scene, Strategy};
+use openrt::accel::{TopLevel, TwoLevel};
+use openrt::scene::{Command, Instance, Mesh, Motion, Scene, Strategy, TopLevelKind};
 use openrt::simd::Level;
 use openrt::threads::Pool;
 use openrt::trace::{Hit, PreparedRay, Ray, triangle};
@@ -33,11 +33,21 @@ impl World {
         Self::new(vec![mesh], vec![(1, Affine3A::IDENTITY)])
     }
 
-    /// The structures of this scene, by one strategy for everything.
-    pub fn build(&self, pool: &Pool, strategy: Strategy, level: Level) -> TwoLevel {
+    /// The structures of this scene, by one strategy for everything, with one top level or the other.
+    pub fn build(&self, pool: &Pool, strategy: Strategy, level: Level, top: TopLevelKind) -> TwoLevel {
         let mut world = TwoLevel::new(level);
         world.force_strategy(Some(strategy));
+        world.force_top_level(Some(top));
         pool.install(|| world.update(&self.scene, &self.instances));
+        match (world.top_level(), top) {
+            (TopLevel::Bvh(tree), TopLevelKind::Bvh | TopLevelKind::Auto) => {
+                let is_boxed = |i: &u32| !world.outliers().contains(i);
+                let boxed: Vec<u32> = (0..world.boxes().len() as u32).filter(is_boxed).collect();
+                tree.validate(&boxed, world.boxes()).unwrap_or_else(|e| panic!("top level: {e}"));
+            }
+            (TopLevel::Bsp(_), TopLevelKind::Bsp) => {}
+            (built, asked) => panic!("{asked:?} was asked for, {built:?} is there"),
+        }
         world
     }
 
@@ -66,12 +76,13 @@ impl World {
     }
 }
 
-/// Every pair of a strategy and an instruction set that runs here. Says which do not.
-pub fn combinations() -> Vec<(Strategy, Level)> {
+/// Every strategy with every instruction set that runs here and every top level. Says which do not run.
+pub fn combinations() -> Vec<(Strategy, Level, TopLevelKind)> {
     for level in Level::ALL.into_iter().filter(|l| !l.is_available()) {
         skipped(format_args!("level {} (this processor does not have it)", level.name()));
     }
-    Strategy::ALL.into_iter().flat_map(|s| Level::available().map(move |l| (s, l))).collect()
+    let pairs = Strategy::ALL.into_iter().flat_map(|s| Level::available().map(move |l| (s, l)));
+    pairs.flat_map(|(s, l)| TopLevelKind::ALL.map(|t| (s, l, t))).collect()
 }
 
 /// Placements that a two-level structure must survive: rotated, stretched, mirrored, far away, tiny, huge, sheared, flattened.

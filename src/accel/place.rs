@@ -1,0 +1,177 @@
+//! The instances of one frame, placed: inverse matrices, world boxes, and who is where.
+//!
+//! Everything here is per instance and per frame, so it is what a scene of many instances pays for moving (Wald03 §6). Instances
+//! are independent, so many are placed in parallel, each at the index of its number; then those that draw
+//! nothing, if there are any, are taken out. All vectors are kept.
+
+use super::instance::{InstanceRecord, Reach, invert, reach};
+use super::{Aabb, OutOfMemory};
+use crate::scene::{Instance, Name};
+use glam::{Affine3A, DMat3, Mat3, Vec3};
+use rayon::prelude::*;
+
+/// Fewer instances are placed by one thread.
+const PARALLEL: usize = 1024;
+/// Instances per task.
+const CHUNK: usize = 256;
+
+/// The box of outliers.
+const EVERYWHERE: Aabb = Aabb { lo: Vec3::NEG_INFINITY, hi: Vec3::INFINITY };
+const NOWHERE: InstanceRecord = InstanceRecord {
+    instance: 0,
+    slot: 0,
+    object: 0,
+    world_from_object: Affine3A::IDENTITY,
+    object_from_world: Affine3A::IDENTITY,
+};
+
+/// What the instances of a frame became.
+#[derive(Debug, Default)]
+pub(super) struct Placed {
+    /// Those that can be hit, in ascending order of their number.
+    pub records: Vec<InstanceRecord>,
+    /// Per record; apart from them, as the build and the leaves of the top level read nothing else. Infinite for an outlier.
+    pub boxes: Vec<Aabb>,
+    /// Indices of records without a box.
+    pub outliers: Vec<u32>,
+    /// Indices of records with a box.
+    pub boxed: Vec<u32>,
+    /// See [`super::TwoLevel::origin_error`].
+    pub origin_error: Mat3,
+    fates: Vec<Fate>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Fate {
+    Boxed,
+    Outlier,
+    Nothing,
+}
+
+impl Placed {
+    pub fn memory_bytes(&self) -> usize {
+        self.records.capacity() * size_of::<InstanceRecord>()
+            + self.boxes.capacity() * size_of::<Aabb>()
+            + (self.outliers.capacity() + self.boxed.capacity()) * size_of::<u32>()
+            + self.fates.capacity()
+    }
+
+    pub fn clear(&mut self) {
+        self.records.clear();
+        self.boxes.clear();
+        self.outliers.clear();
+        self.boxed.clear();
+        self.fates.clear();
+    }
+
+    /// Places `instances`, whose objects are in the slots `slots` and have the bounds that `bounds_of` tells of a slot.
+    /// Instances without a slot (`u32::MAX`) or with empty bounds draw nothing, nor do those
+    /// whose matrix is not finite or not invertible.
+    ///
+    /// # Errors
+    /// No memory; there are no instances then.
+    pub fn place(
+        &mut self,
+        instances: &[Instance],
+        slots: &[u32],
+        bounds_of: impl Fn(u32) -> Aabb + Sync,
+    ) -> Result<(), OutOfMemory> {
+        self.clear();
+        let Self { records, boxes, outliers, boxed, fates, .. } = self;
+        let count = instances.len().min(slots.len());
+        let reserved = records.try_reserve(count).and(boxes.try_reserve(count)).and(fates.try_reserve(count));
+        let bytes = count.saturating_mul(size_of::<InstanceRecord>());
+        reserved.and(boxed.try_reserve(count)).map_err(|_| OutOfMemory { bytes })?;
+        records.resize(count, NOWHERE);
+        boxes.resize(count, Aabb::EMPTY);
+        fates.resize(count, Fate::Nothing);
+
+        let (instances, slots) = (&instances[..count], &slots[..count]);
+        let one = |number: usize, record: &mut InstanceRecord, aabb: &mut Aabb, error: &mut DMat3| {
+            let (Instance { object, world_from_object }, slot) = (instances[number], slots[number]);
+            if slot == u32::MAX {
+                return Fate::Nothing;
+            }
+            let object_bounds = bounds_of(slot);
+            if object_bounds.is_empty() {
+                return Fate::Nothing;
+            }
+            let Some(object_from_world) = invert(&world_from_object) else { return Fate::Nothing };
+            let Some(reach) = reach(&object_bounds, &object_from_world) else { return Fate::Nothing };
+            *record = InstanceRecord { instance: number as u32, slot, object, world_from_object, object_from_world };
+            match reach {
+                Reach::Box { bounds, error: own } => {
+                    *aabb = bounds;
+                    *error = larger(*error, own);
+                    Fate::Boxed
+                }
+                Reach::Outlier => {
+                    *aabb = EVERYWHERE;
+                    Fate::Outlier
+                }
+            }
+        };
+        let chunk = |first: usize, records: &mut [InstanceRecord], boxes: &mut [Aabb], fates: &mut [Fate]| {
+            let mut error = DMat3::ZERO;
+            for (i, ((record, aabb), fate)) in records.iter_mut().zip(boxes).zip(fates).enumerate() {
+                *fate = one(first + i, record, aabb, &mut error);
+            }
+            error
+        };
+        let error = if count < PARALLEL {
+            chunk(0, records, boxes, fates)
+        } else {
+            let parts = records.par_chunks_mut(CHUNK).zip(boxes.par_chunks_mut(CHUNK)).zip(fates.par_chunks_mut(CHUNK));
+            parts
+                .enumerate()
+                .map(|(i, ((records, boxes), fates))| chunk(i * CHUNK, records, boxes, fates))
+                .reduce(|| DMat3::ZERO, larger)
+        };
+        // Rounding to f32 is covered by the slack in the error's constant.
+        self.origin_error = error.as_mat3();
+
+        // Taking out is rare: one object that is not there, one matrix that is singular.
+        let mut kept = 0;
+        for i in 0..count {
+            match fates[i] {
+                Fate::Boxed => boxed.push(kept as u32),
+                Fate::Outlier => outliers.push(kept as u32),
+                Fate::Nothing => continue,
+            }
+            if kept < i {
+                records[kept] = records[i];
+                boxes[kept] = boxes[i];
+            }
+            kept += 1;
+        }
+        records.truncate(kept);
+        boxes.truncate(kept);
+        Ok(())
+    }
+}
+
+/// Component by component.
+fn larger(a: DMat3, b: DMat3) -> DMat3 {
+    DMat3::from_cols(a.x_axis.max(b.x_axis), a.y_axis.max(b.y_axis), a.z_axis.max(b.z_axis))
+}
+
+/// A hash for names, which the application gives or takes from us in a row: one multiplication instead of the twenty
+/// nanoseconds of the standard one, per instance and frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct NameHasher(u64);
+
+impl std::hash::Hasher for NameHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&b| self.write_u32(u32::from(b)));
+    }
+
+    fn write_u32(&mut self, name: Name) {
+        // 2⁶⁴ over the golden ratio (Knuth). The table uses the highest bits and the lowest ones.
+        let product = (self.0 ^ u64::from(name)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        self.0 = product ^ product >> 32;
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}

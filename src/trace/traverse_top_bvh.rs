@@ -1,0 +1,190 @@
+//! One ray through the top-level tree of instances, and from its leaves into objects: both levels in one shell.
+//!
+//! The loop is that of [`super::traverse_bvh`], over boxes of instances. The rules are those of [`super::traverse_scene`]: near planes are
+//! seen from an origin moved forward by the origin error and far planes from one moved back, so that
+//! `near <= t P` and `t <= far P` for the hit that wins; a box is left out only if `near > min(far, best t) * SLAB_PAD`.
+//! Every box above an instance contains the instance's own, and slab distances are monotone in the planes, so what holds for
+//! the instance's box holds for all boxes above it.
+//!
+//! Each instance is in one leaf, so there is no mailbox.
+
+use super::traverse_bvh;
+use super::traverse_scene::{SceneRay, transform};
+use super::{Hit, PreparedRay, SLAB_PAD, traverse_bsp};
+use crate::accel::{ChildRef, InstanceRecord, MAX_DEPTH, Node8, Structure, TopLevelBvh, TwoLevel, WIDTH};
+use crate::simd::{Isa, Vector};
+use std::mem::MaybeUninit;
+
+/// A node leaves at most all children but one on the stack, and they are of one path.
+const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
+
+/// What the slab tests derive from a ray, in registers.
+struct SlabLanes<I: Isa> {
+    near_org: [I::F8; 3],
+    far_org: [I::F8; 3],
+    inv_dir: [I::F8; 3],
+    tmin: I::F8,
+    /// Rows of [`Node8::bounds`] with the near planes; the far ones are the other of each pair.
+    near: [usize; 3],
+}
+
+impl<I: Isa> SlabLanes<I> {
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn new(ray: &SceneRay) -> Self {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let splat = |v: glam::Vec3| [I::F8::splat(v.x), I::F8::splat(v.y), I::F8::splat(v.z)];
+            Self {
+                near_org: splat(ray.near_org),
+                far_org: splat(ray.far_org),
+                inv_dir: splat(ray.inv_dir),
+                tmin: I::F8::splat(ray.tmin),
+                near: [0, 1, 2].map(|k| 2 * k + usize::from(ray.inv_dir[k] < 0.0)),
+            }
+        }
+    }
+
+    /// Which children may be hit before `limit` (with the padding), and where the ray enters them (not before `tmin`).
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn test(&self, node: &Node8, limit: I::F8) -> (u32, I::F8) {
+        // SAFETY: the caller's promise; rows are below 6 by construction, and `^ 1` stays inside their pairs.
+        unsafe {
+            let row = |row: usize| I::F8::load(node.bounds.get_unchecked(row));
+            let near = |axis: usize| row(self.near[axis]).sub(self.near_org[axis]).mul(self.inv_dir[axis]);
+            let far = |axis: usize| row(self.near[axis] ^ 1).sub(self.far_org[axis]).mul(self.inv_dir[axis]);
+            let enter = near(0).max(near(1)).max(near(2)).max(self.tmin);
+            let exit = far(0).min(far(1)).min(far(2));
+            (enter.le(exit.mul(I::F8::splat(SLAB_PAD)).min(limit)), enter)
+        }
+    }
+}
+
+/// Looks for hits of `ray` in the instances of `tree`, the top level of `world`. With `ANY` the first one ends the search and
+/// `best` stays; else `best` is replaced by every hit that comes before it. Returns whether there is a hit that counts.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
+    world: &TwoLevel,
+    tree: &TopLevelBvh,
+    ray: &PreparedRay,
+    best: &mut Hit,
+) -> bool {
+    if tree.is_empty() {
+        return false;
+    }
+    let (nodes, refs, records) = (tree.nodes(), tree.refs(), world.instances());
+    let mut stack = [const { MaybeUninit::<u64>::uninit() }; STACK];
+    let mut depth = 0usize;
+    let mut found = false;
+    let mut current = ChildRef::node(0);
+    let scene_ray = SceneRay::new(world, ray);
+    // SAFETY: the caller's promise, for all vector operations. A tree's references are to its own nodes and to its own `refs`, and paths
+    // have at most MAX_DEPTH nodes (by its construction); every visited node replaces one reference by at most
+    // WIDTH, so the stack holds at most STACK, and entries below `depth` have been written.
+    unsafe {
+        let slabs = SlabLanes::<I>::new(&scene_ray);
+        let mut limit = I::F8::splat(best.t * SLAB_PAD);
+        loop {
+            // Down to a leaf.
+            let reached = loop {
+                if current.is_leaf() {
+                    break true;
+                }
+                let node = nodes.get_unchecked(current.index());
+                let (mut mask, enter) = slabs.test(node, limit);
+                if mask == 0 {
+                    break false;
+                }
+                let child = |mask: u32| *node.children.get_unchecked(mask.trailing_zeros() as usize & (WIDTH - 1));
+                let nearest = mask & (mask - 1);
+                if nearest == 0 {
+                    current = child(mask);
+                    continue;
+                }
+                let mut distance = [0.0f32; WIDTH];
+                enter.store(&mut distance);
+                let entry = |mask: u32| {
+                    let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
+                    u64::from(distance.get_unchecked(lane).to_bits()) << 32
+                        | u64::from(node.children.get_unchecked(lane).to_bits())
+                };
+                // Insertion from the top of the stack: the nearest stays in `carried`.
+                let base = depth;
+                let mut carried = entry(mask);
+                mask = nearest;
+                while mask != 0 {
+                    let next = entry(mask);
+                    mask &= mask - 1;
+                    let (near, far) = if next < carried { (next, carried) } else { (carried, next) };
+                    carried = near;
+                    let mut at = depth;
+                    while at > base && stack.get_unchecked(at - 1).assume_init() < far {
+                        *stack.get_unchecked_mut(at) = *stack.get_unchecked(at - 1);
+                        at -= 1;
+                    }
+                    stack.get_unchecked_mut(at).write(far);
+                    depth += 1;
+                }
+                current = ChildRef::from_bits(carried as u32);
+            };
+            if reached {
+                for &index in &refs[current.blocks()] {
+                    if visit::<I, ANY>(world, &records[index as usize], ray, best) {
+                        if ANY {
+                            return true;
+                        }
+                        found = true;
+                        limit = I::F8::splat(best.t * SLAB_PAD);
+                    }
+                }
+            }
+            // Back to what is left.
+            loop {
+                if depth == 0 {
+                    return found;
+                }
+                depth -= 1;
+                let entry = stack.get_unchecked(depth).assume_init();
+                if ANY || f32::from_bits((entry >> 32) as u32) <= best.t * SLAB_PAD {
+                    current = ChildRef::from_bits(entry as u32);
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// The ray in one instance, from the transform on.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+unsafe fn visit<I: Isa, const ANY: bool>(
+    world: &TwoLevel,
+    record: &InstanceRecord,
+    ray: &PreparedRay,
+    best: &mut Hit,
+) -> bool {
+    let Some(local) = PreparedRay::new(&transform(&record.object_from_world, ray)) else { return false };
+    let accel = &world.objects()[record.slot as usize];
+    let (enter, exit) = local.slab(&accel.bounds());
+    if !(enter.max(local.tmin) <= (exit * SLAB_PAD).min(best.t)) {
+        return false;
+    }
+    match accel.structure() {
+        // SAFETY: the caller's promise.
+        Structure::Bvh(bvh) => unsafe {
+            traverse_bvh::traverse::<I, ANY>(bvh, &local, record.object, record.instance, best)
+        },
+        Structure::Bsp(bsp) if ANY => traverse_bsp::occluded(bsp, &local),
+        Structure::Bsp(bsp) => traverse_bsp::intersect(bsp, &local, record.object, record.instance, best),
+        Structure::None => false,
+    }
+}
