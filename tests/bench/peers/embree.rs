@@ -6,6 +6,7 @@
 use crate::scenes::BenchScene;
 use glam::{Affine3A, Vec3};
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
+use std::sync::atomic::{AtomicIsize, Ordering};
 
 pub type Handle = *mut c_void;
 
@@ -13,8 +14,10 @@ pub type Handle = *mut c_void;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub enum Quality {
+    Low = 0,
     Medium = 1,
     High = 2,
+    Refit = 3,
 }
 
 const GEOMETRY_TRIANGLE: c_int = 0;
@@ -24,6 +27,7 @@ const BUFFER_VERTEX: c_int = 1;
 const FORMAT_UINT3: c_int = 0x5003;
 const FORMAT_FLOAT3: c_int = 0x9003;
 const FORMAT_FLOAT3X4_COLUMN_MAJOR: c_int = 0x9234;
+pub const SCENE_DYNAMIC: c_int = 1;
 pub const SCENE_ROBUST: c_int = 4;
 const PROPERTY_VERSION: c_int = 0;
 const PROPERTY_NATIVE_RAY16: c_int = 34;
@@ -46,6 +50,7 @@ impl Context {
 type One = unsafe extern "C" fn(Handle, *mut Context, *mut u32);
 type Packet = unsafe extern "C" fn(*const c_int, Handle, *mut Context, *mut u32);
 type Stream = unsafe extern "C" fn(Handle, *mut Context, *mut u32, c_uint, usize);
+type MemoryMonitor = unsafe extern "C" fn(*mut c_void, isize, bool) -> bool;
 
 /// Declares the table of functions and how it is filled.
 macro_rules! functions {
@@ -76,6 +81,7 @@ functions! {
     release_device = "rtcReleaseDevice": unsafe extern "C" fn(Handle);
     device_property = "rtcGetDeviceProperty": unsafe extern "C" fn(Handle, c_int) -> isize;
     device_error = "rtcGetDeviceError": unsafe extern "C" fn(Handle) -> c_int;
+    set_memory_monitor = "rtcSetDeviceMemoryMonitorFunction": unsafe extern "C" fn(Handle, MemoryMonitor, *mut c_void);
     new_scene = "rtcNewScene": unsafe extern "C" fn(Handle) -> Handle;
     release_scene = "rtcReleaseScene": unsafe extern "C" fn(Handle);
     scene_quality = "rtcSetSceneBuildQuality": unsafe extern "C" fn(Handle, Quality);
@@ -86,6 +92,8 @@ functions! {
     commit_geometry = "rtcCommitGeometry": unsafe extern "C" fn(Handle);
     geometry_quality = "rtcSetGeometryBuildQuality": unsafe extern "C" fn(Handle, Quality);
     new_buffer = "rtcSetNewGeometryBuffer": unsafe extern "C" fn(Handle, c_int, c_uint, c_int, usize, usize) -> *mut c_void;
+    buffer_data = "rtcGetGeometryBufferData": unsafe extern "C" fn(Handle, c_int, c_uint) -> *mut c_void;
+    update_buffer = "rtcUpdateGeometryBuffer": unsafe extern "C" fn(Handle, c_int, c_uint);
     attach = "rtcAttachGeometry": unsafe extern "C" fn(Handle, Handle) -> c_uint;
     set_instanced = "rtcSetGeometryInstancedScene": unsafe extern "C" fn(Handle, Handle);
     set_transform = "rtcSetGeometryTransform": unsafe extern "C" fn(Handle, c_uint, c_int, *const f32);
@@ -119,12 +127,22 @@ impl Embree {
 
     /// A device whose builders use so many threads.
     pub fn device(&self, threads: usize) -> Device<'_> {
-        let config = CString::new(format!("threads={threads},user_threads={threads}")).expect("no zero");
+        let config = CString::new(format!("threads={threads}")).expect("no zero");
         // SAFETY: a valid configuration string.
         let handle = unsafe { (self.new_device)(config.as_ptr()) };
         assert!(!handle.is_null(), "Embree gives a device");
+        // SAFETY: the device is new, and the function lives as long as the process.
+        unsafe { (self.set_memory_monitor)(handle, count_memory, std::ptr::null_mut()) };
         Device { embree: self, handle }
     }
+}
+
+/// Bytes that the devices of this process hold, as they report it.
+static HELD: AtomicIsize = AtomicIsize::new(0);
+
+unsafe extern "C" fn count_memory(_: *mut c_void, bytes: isize, _: bool) -> bool {
+    HELD.fetch_add(bytes, Ordering::Relaxed);
+    true
 }
 
 /// An Embree device.
@@ -144,6 +162,11 @@ impl Device<'_> {
     pub fn has_16(&self) -> bool {
         // SAFETY: the device lives.
         unsafe { (self.embree.device_property)(self.handle, PROPERTY_NATIVE_RAY16) != 0 }
+    }
+
+    /// Bytes that all devices hold now, buffers of geometries included.
+    pub fn bytes_held() -> isize {
+        HELD.load(Ordering::Relaxed)
     }
 
     /// Panics with what went wrong since the last call, if anything.
@@ -214,7 +237,8 @@ pub struct Built<'a> {
 pub struct PeerScene<'a> {
     device: &'a Device<'a>,
     pub handle: Handle,
-    geometries: Vec<Handle>,
+    /// With their numbers of vertices; 0 for instances.
+    geometries: Vec<(Handle, usize)>,
 }
 
 // SAFETY: Embree's queries on a committed scene may be made by any number of threads; the bench changes scenes
@@ -239,7 +263,28 @@ impl PeerScene<'_> {
             std::ptr::copy_nonoverlapping(triangles.as_ptr().cast::<u32>(), to.cast(), triangles.len() * 3);
             (embree.commit_geometry)(geometry);
             (embree.attach)(self.handle, geometry);
-            self.geometries.push(geometry);
+            self.geometries.push((geometry, positions.len()));
+        }
+    }
+
+    /// Writes other positions into a mesh's buffer.
+    pub fn move_mesh(&mut self, number: usize, positions: &[Vec3]) {
+        let embree = self.embree();
+        // SAFETY: a mesh of this scene; its buffer was made for as many vertices (checked), and nobody traces meanwhile.
+        unsafe {
+            let to = (embree.buffer_data)(self.geometries[number].0, BUFFER_VERTEX, 0);
+            assert_eq!(self.geometries[number].1, positions.len(), "the topology stays");
+            std::ptr::copy_nonoverlapping(positions.as_ptr().cast::<f32>(), to.cast(), positions.len() * 3);
+        }
+    }
+
+    /// Tells Embree that the vertices of a mesh have moved.
+    pub fn touch_mesh(&mut self, number: usize) {
+        let embree = self.embree();
+        // SAFETY: a mesh of this scene with a vertex buffer.
+        unsafe {
+            (embree.update_buffer)(self.geometries[number].0, BUFFER_VERTEX, 0);
+            (embree.commit_geometry)(self.geometries[number].0);
         }
     }
 
@@ -251,7 +296,7 @@ impl PeerScene<'_> {
             let geometry = (embree.new_geometry)(self.device.handle, GEOMETRY_INSTANCE);
             (embree.set_instanced)(geometry, of.handle);
             (embree.attach)(self.handle, geometry);
-            self.geometries.push(geometry);
+            self.geometries.push((geometry, 0));
         }
         self.move_instance(self.geometries.len() - 1, transform);
     }
@@ -259,7 +304,7 @@ impl PeerScene<'_> {
     /// Gives an instance another matrix.
     pub fn move_instance(&mut self, number: usize, transform: &Affine3A) {
         let columns = transform.to_cols_array();
-        let geometry = self.geometries[number];
+        let geometry = self.geometries[number].0;
         // SAFETY: an instance of this scene; 12 floats in columns.
         unsafe {
             (self.embree().set_transform)(geometry, 0, FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.as_ptr());
@@ -278,7 +323,7 @@ impl Drop for PeerScene<'_> {
     fn drop(&mut self) {
         // SAFETY: own references are given back once.
         unsafe {
-            for &geometry in &self.geometries {
+            for &(geometry, _) in &self.geometries {
                 (self.embree().release_geometry)(geometry);
             }
             (self.embree().release_scene)(self.handle);

@@ -2,12 +2,13 @@
 //!
 //! ```sh
 //! cargo bench --bench peers -- static     # rays per second
-//! cargo bench --bench peers -- --help     # options
+//! cargo bench --bench peers -- --help     # the rest
 //! ```
 //!
 //! Embree (`libembree3`) is loaded at run time. Without it only our own figures are printed, and the bench says so.
-//! How is measured stands in the head of [`measure`], what in that of [`static_scenes`].
+//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`builders`] and [`toplevel`].
 
+mod builders;
 mod embree;
 mod lanes;
 mod measure;
@@ -23,6 +24,7 @@ mod rays;
 mod report;
 mod scenes;
 mod static_scenes;
+mod toplevel;
 
 use options::{Options, Suite};
 use std::process::ExitCode;
@@ -44,6 +46,8 @@ fn main() -> ExitCode {
     };
     let json = match options.suite {
         Suite::Static => static_scenes::run(&options, embree.as_ref()),
+        Suite::Build => builders::run(&options, embree.as_ref()),
+        Suite::TopLevel => toplevel::run(&options, embree.as_ref()),
     };
     if let Some(path) = &options.json
         && let Err(error) = std::fs::write(path, json)

@@ -9,6 +9,7 @@
 
 use crate::rays::Hits;
 use openrt::trace::Ray;
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -125,6 +126,43 @@ fn clock_seconds(clock: libc::clockid_t) -> f64 {
 /// Processor time of this thread.
 pub fn thread_seconds() -> f64 {
     clock_seconds(libc::CLOCK_THREAD_CPUTIME_ID)
+}
+
+/// Processor time of all threads of this process.
+fn process_seconds() -> f64 {
+    clock_seconds(libc::CLOCK_PROCESS_CPUTIME_ID)
+}
+
+/// Processor times of the process's threads, by their number.
+fn times_of_threads() -> HashMap<libc::pid_t, f64> {
+    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
+    let numbers = tasks.filter_map(|task| task.file_name().to_str()?.parse().ok());
+    // The clock of a thread, as pthread_getcpuclockid makes it up.
+    numbers.map(|thread: libc::pid_t| (thread, clock_seconds((!thread << 3) | 6))).collect()
+}
+
+/// What a piece of work took.
+#[derive(Clone, Copy, Debug)]
+pub struct Cost {
+    pub wall: f64,
+    /// Processor time of the thread that worked most: the wall time there would have been had no other process wanted the
+    /// processors, if the work begins and ends on one thread.
+    pub busiest: f64,
+    /// Processor time of all threads.
+    pub all: f64,
+}
+
+impl Cost {
+    /// Runs `f`.
+    pub fn of<R>(f: impl FnOnce() -> R) -> (Cost, R) {
+        let threads = times_of_threads();
+        let (wall, all) = (wall_seconds(), process_seconds());
+        let result = f();
+        let (wall, all) = (wall_seconds() - wall, process_seconds() - all);
+        let spent = |(thread, time): (libc::pid_t, f64)| time - threads.get(&thread).copied().unwrap_or(0.0);
+        let busiest = times_of_threads().into_iter().map(spent).fold(0.0, f64::max);
+        (Cost { wall, busiest, all }, result)
+    }
 }
 
 /// Wall time since the first call.

@@ -6,11 +6,13 @@ use std::path::PathBuf;
 pub const USAGE: &str = "\
 usage: cargo bench --bench peers -- SUITE [options]
   static           rays per second on S1 … S7
+  build            nanoseconds per triangle of builders and refit, SAH cost, memory
+  toplevel         time to place 161 … 100,000 instances
 options:
   --quick          fewer rounds and picture sizes: within two minutes
   --threads N      trace with N threads, wall time (1: processor time)
   --json FILE      every figure, also those not printed
-  --scene S1,S6    only these
+  --scene S1,S6    only these; `toplevel` has S2, S3, 10K and 100K
   --kind primary,shadow,bounce
   --all            every mode of both engines, not only the best";
 
@@ -18,6 +20,8 @@ options:
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Suite {
     Static,
+    Build,
+    TopLevel,
 }
 
 #[derive(Clone, Debug)]
@@ -53,6 +57,8 @@ impl Options {
                 // Passed by `cargo bench` itself.
                 "--bench" => {}
                 "static" => suite = Some(Suite::Static),
+                "build" => suite = Some(Suite::Build),
+                "toplevel" => suite = Some(Suite::TopLevel),
                 "--quick" => options.quick = true,
                 "--all" => options.all = true,
                 "--threads" => {
