@@ -6,10 +6,11 @@
 //! ```
 //!
 //! Embree (`libembree3`) is loaded at run time. Without it only our own figures are printed, and the bench says so.
-//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`builders`] and [`toplevel`].
+//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`frames`], [`builders`] and [`toplevel`].
 
 mod builders;
 mod embree;
+mod frames;
 mod lanes;
 mod measure;
 #[allow(dead_code, reason = "shared with the tests")]
@@ -47,6 +48,7 @@ fn main() -> ExitCode {
     let json = match options.suite {
         Suite::Static => static_scenes::run(&options, embree.as_ref()),
         Suite::Build => builders::run(&options, embree.as_ref()),
+        Suite::Frames => frames::run(&options, embree.as_ref()),
         Suite::TopLevel => toplevel::run(&options, embree.as_ref()),
     };
     if let Some(path) = &options.json

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 pub const USAGE: &str = "\
 usage: cargo bench --bench peers -- SUITE [options]
   static           rays per second on S1 … S7
+  frames           whole frames of the renderer on S2 and S6, beside batches of as many rays
   build            nanoseconds per triangle of builders and refit, SAH cost, memory
   toplevel         time to place 161 … 100,000 instances
 options:
@@ -20,6 +21,7 @@ options:
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Suite {
     Static,
+    Frames,
     Build,
     TopLevel,
 }
@@ -57,6 +59,7 @@ impl Options {
                 // Passed by `cargo bench` itself.
                 "--bench" => {}
                 "static" => suite = Some(Suite::Static),
+                "frames" => suite = Some(Suite::Frames),
                 "build" => suite = Some(Suite::Build),
                 "toplevel" => suite = Some(Suite::TopLevel),
                 "--quick" => options.quick = true,
