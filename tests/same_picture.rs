@@ -87,6 +87,21 @@ fn check(result: openrt::api::Result<()>) {
     result.expect("a valid call");
 }
 
+/// A floor of tiles, each a static object of its own. Returns the first name.
+fn tiles(cx: &mut Context, side: u32) -> Name {
+    let first = cx.gen_objects((side * side) as i32).expect("names");
+    for tile in 0..side * side {
+        cx.new_object(first + tile, Mode::Compile, Motion::Static).expect("a new object");
+        cx.begin(Primitive::Quads).expect("begin");
+        for (x, z) in [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)] {
+            cx.vertex3(x, 0.1 * x * z, z).expect("a vertex");
+        }
+        cx.end().expect("end");
+        cx.end_object().expect("end of the object");
+    }
+    first
+}
+
 /// Hash of all pixels of all frames: colour, depth and what was hit. `strategy` is forced on every object.
 fn frames_hash(mut cx: Context, strategy: Option<Strategy>) -> u64 {
     check(cx.set_frame_size(SIZE, SIZE));
@@ -121,12 +136,24 @@ fn frames_hash(mut cx: Context, strategy: Option<Strategy>) -> u64 {
         }
     }
 
+    let side = 5;
+    let floor = tiles(&mut cx, side);
+
     let mut sum = 0xCBF2_9CE4_8422_2325;
     for frame in 0..FRAMES {
         let positions = sheet_positions(frame);
         let moved: Vec<Vec3> = sheet_corners().into_iter().map(|corner| positions[corner as usize]).collect();
         check(cx.update_vertices(water, 0, &moved));
         check(cx.instantiate_object(water));
+        for tile in 0..side * side {
+            check(cx.push_matrix());
+            check(cx.translate(DVec3::new(f64::from(tile % side) - 2.5, -0.9, f64::from(tile / side) - 2.5)));
+            check(cx.rotate(20.0, DVec3::new(1.0, 0.5, 0.2)));
+            // The last frame moves one of them.
+            check(cx.scale(DVec3::splat(if tile == 7 && frame == 2 { 0.5 } else { 0.9 })));
+            check(cx.instantiate_object(floor + tile));
+            check(cx.pop_matrix());
+        }
         for i in 0..9 {
             check(cx.push_matrix());
             check(cx.rotate(f64::from(40 * i + 7 * frame), DVec3::new(0.1, 1.0, 0.0)));
@@ -192,7 +219,7 @@ fn environment_variables_do_not_change_the_picture() {
         let mut command = Command::new(program);
         command.args(["--exact", "hash_in_this_environment", "--nocapture"]);
         command.env_remove("OPENRT_NUM_THREADS").env_remove("OPENRT_SIMD").env_remove("OPENRT_ACCEL");
-        command.env_remove("OPENRT_TOPLEVEL");
+        command.env_remove("OPENRT_TOPLEVEL").env_remove("OPENRT_MERGE");
         let output = command.envs(variables.iter().copied()).output().expect("the test can run itself");
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         // The runner may print on the same line, before the hash.
@@ -200,17 +227,20 @@ fn environment_variables_do_not_change_the_picture() {
         hash.unwrap_or_else(|| panic!("{variables:?}: no hash in {text}{}", String::from_utf8_lossy(&output.stderr)))
     };
     let expected = hash_with(&[]);
-    for variables in [
-        [("OPENRT_NUM_THREADS", "3"), ("OPENRT_SIMD", "scalar"), ("OPENRT_ACCEL", "bsp"), ("OPENRT_TOPLEVEL", "bsp")],
-        [
-            ("OPENRT_NUM_THREADS", "1"),
-            ("OPENRT_SIMD", "avx2"),
-            ("OPENRT_ACCEL", "fast_build"),
-            ("OPENRT_TOPLEVEL", "bsp"),
-        ],
-        [("OPENRT_NUM_THREADS", "7"), ("OPENRT_SIMD", "sse"), ("OPENRT_ACCEL", "refit"), ("OPENRT_TOPLEVEL", "bvh")],
-        [("OPENRT_NUM_THREADS", "2"), ("OPENRT_SIMD", "avx512"), ("OPENRT_ACCEL", "sah"), ("OPENRT_TOPLEVEL", "bvh")],
+    for [threads, simd, accel, top, merge] in [
+        ["3", "scalar", "bsp", "bsp", "never"],
+        ["1", "avx2", "auto", "bsp", "now"],
+        ["7", "sse", "refit", "bvh", "now"],
+        ["2", "avx512", "sah", "bvh", "now"],
+        ["2", "avx2", "fast_build", "bsp", "never"],
     ] {
+        let variables = [
+            ("OPENRT_NUM_THREADS", threads),
+            ("OPENRT_SIMD", simd),
+            ("OPENRT_ACCEL", accel),
+            ("OPENRT_TOPLEVEL", top),
+            ("OPENRT_MERGE", merge),
+        ];
         assert_eq!(hash_with(&variables), expected, "{variables:?}");
     }
 }

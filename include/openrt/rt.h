@@ -256,6 +256,8 @@ typedef struct RTframeStats {
     RTuint objectsBuilt;
     /** Objects whose structure was brought up to date in place. */
     RTuint objectsRefitted;
+    /** RT_STATIC instances whose triangles have been merged into one structure. */
+    RTuint mergedInstances;
     /** RT_TRUE when the frame was cancelled; some pixels then show an older frame. */
     RTboolean cancelled;
 } RTframeStats;
@@ -646,7 +648,8 @@ extern "C" {
  * Variables of the environment: OPENRT_NUM_THREADS (number of worker threads; otherwise as many as the process
  * may use), OPENRT_SIMD (scalar, sse, avx2 or avx512: lowers the instruction set that is used), OPENRT_ACCEL
  * (bsp, sah, fast_build or refit: an update strategy for all objects), OPENRT_TOPLEVEL (bsp or bvh: the
- * structure over the instances). Other values are ignored.
+ * structure over the instances), OPENRT_MERGE (now or never: when RT_STATIC instances are merged; otherwise while
+ * frames are rendered). Other values are ignored.
  *
  * Errors: RT_INVALID_OPERATION when it was called before without rtExit(), or a context is current on this
  * thread; RT_IO_ERROR when the system refuses threads.
@@ -845,7 +848,8 @@ RTAPI RTboolean rtIsObject(RTuint object);
 
 /**
  * Sets a parameter of an object, from the next frame on. RT_UPDATE_STRATEGY: RT_AUTO, RT_BSP, RT_SAH,
- * RT_FAST_BUILD or RT_REFIT. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture.
+ * RT_FAST_BUILD or RT_REFIT. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture,
+ * but for rounding: vertices of an RT_STATIC object that is placed once are transformed, for others rays are.
  *
  * Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object,
  * RT_INVALID_OPERATION between rtBegin() and rtEnd().

@@ -17,6 +17,8 @@
 //! rounding errors are large (flattened by 10⁵ after a rotation, say) is an *outlier*: it gets no box and is offered to every
 //! ray, rather than making all others' errors large.
 //!
+//! An instance in world space ([`Space::World`]) needs none of this: its structure's box is its world box.
+//!
 //! Taking `M` as the inverse of the *rounded* `N` makes the exactness of the inversion irrelevant here; the two differ by a
 //! rounding of the application's matrix.
 
@@ -44,7 +46,30 @@ pub struct InstanceRecord {
     pub slot: u32,
     pub object: Name,
     pub world_from_object: Affine3A,
-    pub object_from_world: Affine3A,
+    pub space: Space,
+}
+
+/// Where the triangles of an instance are, as its structure has them.
+#[derive(Clone, Copy, Debug)]
+pub enum Space {
+    /// In object space: the ray is transformed.
+    Object { object_from_world: Affine3A },
+    /// In world space: the vertices have been transformed, by [`to_world`].
+    World,
+    /// In the merged tree ([`super::TwoLevel::merged`]). The record that stands for that tree itself comes last; its number is
+    /// `u32::MAX`, and it has no object.
+    Merged,
+}
+
+/// A vertex of an object in the world: always these operations in this order, so that all ways give the same bits.
+#[inline]
+pub fn to_world(world_from_object: &Affine3A, p: Vec3) -> Vec3 {
+    if *world_from_object == Affine3A::IDENTITY {
+        // Not by arithmetic: it would change the sign of -0.
+        return p;
+    }
+    let m = &world_from_object.matrix3;
+    ((m.x_axis * p.x + m.y_axis * p.y) + m.z_axis * p.z + world_from_object.translation).into()
 }
 
 /// Where an instance can be hit.

@@ -3,13 +3,19 @@
 //! A closed enum instead of trait objects: two kinds of structure exist, and traversal matches once per object and ray. Which one, and how it
 //! follows changes, is decided in [`super::strategy`]; what has changed is told by the version counters of the
 //! [`Object`]. Instances share the structure (Wald03 §4.1).
+//!
+//! The structure of a static object that is placed once is built in world space (see [`super::statics`]); where it is placed then counts
+//! as its vertices do. It has none of its own while its triangles are in the merged tree.
 
 use super::bsp::Bsp;
 use super::bsp_build::Quality;
 use super::bvh::{Bvh, OutOfMemory};
+use super::instance::to_world;
 use super::strategy::{Method, Moved, WORN};
 use super::{Aabb, Refit, build_fast, build_sah};
-use crate::scene::{Name, Object, Strategy};
+use crate::scene::{Mesh, Name, Object, Strategy};
+use glam::Affine3A;
+use std::borrow::Cow;
 
 /// What rays of one object traverse.
 #[derive(Debug, Default)]
@@ -33,6 +39,22 @@ pub struct ObjectAccel {
     cost_when_built: f64,
     definitions: u64,
     triangles: u64,
+    /// Where the structure is, if it is in world space.
+    placed: Option<Affine3A>,
+    /// The triangles are in the merged tree; there is no structure here.
+    merged: bool,
+    /// Updates without a change, and how often the object left the merged tree.
+    calm: u32,
+    exits: u32,
+}
+
+/// Which triangles in world space a structure stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Identity {
+    name: Name,
+    topology_version: u64,
+    vertex_version: u64,
+    pub world_from_object: Affine3A,
 }
 
 /// What an update did.
@@ -86,22 +108,72 @@ impl ObjectAccel {
         }
     }
 
-    /// Brings the structure in line with `object`. To be called inside the pool.
-    pub(super) fn update(&mut self, object: &Object, forced: Option<Strategy>) -> Outcome {
+    /// Where the structure is, if it is in world space: then rays are not transformed.
+    #[inline]
+    pub fn placed(&self) -> Option<&Affine3A> {
+        self.placed.as_ref()
+    }
+
+    /// Whether the triangles are in the merged tree, and there is no structure here.
+    #[inline]
+    pub fn is_merged(&self) -> bool {
+        self.merged
+    }
+
+    /// What a structure in world space stands for. None for other structures, and if memory ran out.
+    pub(super) fn identity(&self) -> Option<Identity> {
+        let Self { name, topology_version, vertex_version, .. } = *self;
+        self.made_with?;
+        self.placed.map(|world_from_object| Identity { name, topology_version, vertex_version, world_from_object })
+    }
+
+    /// Whether the triangles may go to the merged tree, after at least `wait` updates without a change: those of a
+    /// tree like the merged one. Who left that before has to wait longer.
+    pub(super) fn may_merge(&self, wait: u32) -> bool {
+        let like_merged = Method::Bvh { fast: false, moved: Moved::Rebuild };
+        self.made_with == Some(like_merged) && self.triangles > 0 && self.calm >= wait << self.exits.min(10)
+    }
+
+    /// The triangles are in the merged tree from now on.
+    pub(super) fn enter_merged(&mut self) {
+        self.structure = Structure::None;
+        self.merged = true;
+    }
+
+    /// The triangles are not in the merged tree any more; the next update builds a structure.
+    pub(super) fn leave_merged(&mut self) {
+        self.merged = false;
+        self.made_with = None;
+        self.exits += 1;
+    }
+
+    /// Brings the structure in line with `object`, in world space if `placed` tells where. To be called inside the pool.
+    pub(super) fn update(&mut self, object: &Object, forced: Option<Strategy>, placed: Option<Affine3A>) -> Outcome {
         self.triangles = object.mesh.triangles.len() as u64;
         let same_topology = self.made_with.is_some() && self.topology_version == object.topology_version;
-        let same_vertices = same_topology && self.vertex_version == object.vertex_version;
+        let same_place = self.placed == placed;
+        let same_vertices = same_topology && same_place && self.vertex_version == object.vertex_version;
         let redefined = self.definitions > 1 || (self.definitions == 1 && !same_topology);
         let method = Method::choose(object, forced, redefined);
         let same_method = self.made_with == Some(method);
         if same_vertices && same_method {
+            self.calm = self.calm.saturating_add(1);
             return Outcome::Unchanged;
         }
-        let refitted = if same_topology && same_method { self.refit(object, method) } else { None };
-        let outcome = match refitted {
-            Some(outcome) => Ok(outcome),
-            None => self.build(object, method),
-        };
+        // Said to be static, and moved all the same: the next move must not cost as much again.
+        let hurried = self.made_with.is_some() && self.placed.is_some() && placed.is_some() && !same_place;
+        if std::mem::take(&mut self.merged) {
+            self.exits += 1;
+        }
+        self.calm = 0;
+        self.placed = placed;
+        let outcome = world_mesh(&object.mesh, placed).and_then(|mesh| {
+            let refitted = if same_topology && same_method { self.refit(&mesh, method) } else { None };
+            match refitted {
+                Some(outcome) => Ok(outcome),
+                None => self.build(object, &mesh, method, hurried),
+            }
+        });
         self.topology_version = object.topology_version;
         self.vertex_version = object.vertex_version;
         match outcome {
@@ -118,20 +190,20 @@ impl ObjectAccel {
     }
 
     /// Answers a vertex update by a refit; `None` where the method or the result asks for a build.
-    fn refit(&mut self, object: &Object, method: Method) -> Option<Outcome> {
+    fn refit(&mut self, mesh: &Mesh, method: Method) -> Option<Outcome> {
         let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.structure, method) else { return None };
-        if moved == Moved::Rebuild || bvh.refit(&object.mesh) == Refit::NeedsRebuild {
+        if moved == Moved::Rebuild || bvh.refit(mesh) == Refit::NeedsRebuild {
             return None;
         }
         if moved == Moved::RefitUntilWorn && bvh.sah_cost() > WORN * self.cost_when_built {
-            *bvh = build_fast(&object.mesh).ok()?;
+            *bvh = build_fast(mesh).ok()?;
             self.cost_when_built = bvh.sah_cost();
             return Some(Outcome::Built(bvh.nodes().len()));
         }
         Some(Outcome::Refitted(bvh.nodes().len()))
     }
 
-    fn build(&mut self, object: &Object, method: Method) -> Result<Outcome, OutOfMemory> {
+    fn build(&mut self, object: &Object, mesh: &Mesh, method: Method, hurried: bool) -> Result<Outcome, OutOfMemory> {
         // The old structure goes first: both together may not fit.
         let old = std::mem::take(&mut self.structure);
         if self.topology_version != object.topology_version || self.made_with.is_none() {
@@ -141,13 +213,13 @@ impl ObjectAccel {
             Method::Bsp { fast } => {
                 let recycled = if let Structure::Bsp(bsp) = old { Some(bsp) } else { None };
                 let quality = if fast { Quality::Fast } else { Quality::Sah };
-                let bsp = Bsp::new(&object.mesh, quality, recycled)?;
+                let bsp = Bsp::new(mesh, quality, recycled)?;
                 self.structure = Structure::Bsp(bsp);
                 0
             }
             Method::Bvh { fast, moved } => {
                 drop(old);
-                let bvh = if fast { build_fast(&object.mesh)? } else { build_sah(&object.mesh)? };
+                let bvh = if fast || hurried { build_fast(mesh)? } else { build_sah(mesh)? };
                 let nodes = bvh.nodes().len();
                 if moved == Moved::RefitUntilWorn {
                     self.cost_when_built = bvh.sah_cost();
@@ -158,4 +230,16 @@ impl ObjectAccel {
         };
         Ok(Outcome::Built(nodes))
     }
+}
+
+/// The mesh in world space, if it is placed there.
+fn world_mesh(mesh: &Mesh, placed: Option<Affine3A>) -> Result<Cow<'_, Mesh>, OutOfMemory> {
+    let Some(place) = placed.filter(|m| *m != Affine3A::IDENTITY) else { return Ok(Cow::Borrowed(mesh)) };
+    let mut world = Mesh::default();
+    let bytes = size_of_val(&mesh.positions[..]) + size_of_val(&mesh.triangles[..]);
+    let reserved = world.positions.try_reserve_exact(mesh.positions.len());
+    reserved.and(world.triangles.try_reserve_exact(mesh.triangles.len())).map_err(|_| OutOfMemory { bytes })?;
+    world.positions.extend(mesh.positions.iter().map(|&p| to_world(&place, p)));
+    world.triangles.extend_from_slice(&mesh.triangles);
+    Ok(Cow::Owned(world))
 }

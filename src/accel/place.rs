@@ -4,7 +4,7 @@
 //! are independent, so many are placed in parallel, each at the index of its number; then those that draw
 //! nothing, if there are any, are taken out. All vectors are kept.
 
-use super::instance::{InstanceRecord, Reach, invert, reach};
+use super::instance::{InstanceRecord, Reach, Space, invert, reach};
 use super::{Aabb, OutOfMemory};
 use crate::scene::{Instance, Name};
 use glam::{Affine3A, DMat3, Mat3, Vec3};
@@ -17,20 +17,16 @@ const CHUNK: usize = 256;
 
 /// The box of outliers.
 const EVERYWHERE: Aabb = Aabb { lo: Vec3::NEG_INFINITY, hi: Vec3::INFINITY };
-const NOWHERE: InstanceRecord = InstanceRecord {
-    instance: 0,
-    slot: 0,
-    object: 0,
-    world_from_object: Affine3A::IDENTITY,
-    object_from_world: Affine3A::IDENTITY,
-};
+const NOWHERE: InstanceRecord =
+    InstanceRecord { instance: 0, slot: 0, object: 0, world_from_object: Affine3A::IDENTITY, space: Space::Merged };
 
 /// What the instances of a frame became.
 #[derive(Debug, Default)]
 pub(super) struct Placed {
     /// Those that can be hit, in ascending order of their number.
     pub records: Vec<InstanceRecord>,
-    /// Per record; apart from them, as the build and the leaves of the top level read nothing else. Infinite for an outlier.
+    /// Per record; apart from them, as the build and the leaves of the top level read nothing else. Infinite for an outlier, empty
+    /// for an instance that is merged.
     pub boxes: Vec<Aabb>,
     /// Indices of records without a box.
     pub outliers: Vec<u32>,
@@ -41,10 +37,23 @@ pub(super) struct Placed {
     fates: Vec<Fate>,
 }
 
+/// What an object's slot tells of its instances.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Seat {
+    /// The structure's box in object space.
+    Object(Aabb),
+    /// The structure's box in world space.
+    World(Aabb),
+    /// The triangles are in the merged tree.
+    Merged,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fate {
     Boxed,
     Outlier,
+    /// There, but rays find it by way of the merged tree.
+    Merged,
     Nothing,
 }
 
@@ -64,7 +73,7 @@ impl Placed {
         self.fates.clear();
     }
 
-    /// Places `instances`, whose objects are in the slots `slots` and have the bounds that `bounds_of` tells of a slot.
+    /// Places `instances`, whose objects are in the slots `slots`, of which `seat_of` tells.
     /// Instances without a slot (`u32::MAX`) or with empty bounds draw nothing, nor do those
     /// whose matrix is not finite or not invertible.
     ///
@@ -74,7 +83,7 @@ impl Placed {
         &mut self,
         instances: &[Instance],
         slots: &[u32],
-        bounds_of: impl Fn(u32) -> Aabb + Sync,
+        seat_of: impl Fn(u32) -> Seat + Sync,
     ) -> Result<(), OutOfMemory> {
         self.clear();
         let Self { records, boxes, outliers, boxed, fates, .. } = self;
@@ -92,24 +101,35 @@ impl Placed {
             if slot == u32::MAX {
                 return Fate::Nothing;
             }
-            let object_bounds = bounds_of(slot);
-            if object_bounds.is_empty() {
+            let seat = seat_of(slot);
+            if matches!(seat, Seat::Object(b) | Seat::World(b) if b.is_empty()) {
                 return Fate::Nothing;
             }
             let Some(object_from_world) = invert(&world_from_object) else { return Fate::Nothing };
-            let Some(reach) = reach(&object_bounds, &object_from_world) else { return Fate::Nothing };
-            *record = InstanceRecord { instance: number as u32, slot, object, world_from_object, object_from_world };
-            match reach {
-                Reach::Box { bounds, error: own } => {
+            let (space, fate) = match seat {
+                Seat::Object(bounds) => {
+                    let space = Space::Object { object_from_world };
+                    match reach(&bounds, &object_from_world) {
+                        None => return Fate::Nothing,
+                        Some(Reach::Outlier) => {
+                            *aabb = EVERYWHERE;
+                            (space, Fate::Outlier)
+                        }
+                        Some(Reach::Box { bounds, error: own }) => {
+                            *aabb = bounds;
+                            *error = larger(*error, own);
+                            (space, Fate::Boxed)
+                        }
+                    }
+                }
+                Seat::World(bounds) => {
                     *aabb = bounds;
-                    *error = larger(*error, own);
-                    Fate::Boxed
+                    (Space::World, Fate::Boxed)
                 }
-                Reach::Outlier => {
-                    *aabb = EVERYWHERE;
-                    Fate::Outlier
-                }
-            }
+                Seat::Merged => (Space::Merged, Fate::Merged),
+            };
+            *record = InstanceRecord { instance: number as u32, slot, object, world_from_object, space };
+            fate
         };
         let chunk = |first: usize, records: &mut [InstanceRecord], boxes: &mut [Aabb], fates: &mut [Fate]| {
             let mut error = DMat3::ZERO;
@@ -136,6 +156,7 @@ impl Placed {
             match fates[i] {
                 Fate::Boxed => boxed.push(kept as u32),
                 Fate::Outlier => outliers.push(kept as u32),
+                Fate::Merged => {}
                 Fate::Nothing => continue,
             }
             if kept < i {
@@ -146,6 +167,23 @@ impl Placed {
         }
         records.truncate(kept);
         boxes.truncate(kept);
+        Ok(())
+    }
+
+    /// Adds the record of the merged tree, which has the box `bounds`.
+    ///
+    /// # Errors
+    /// No memory; there are no instances then.
+    pub fn add_merged(&mut self, bounds: Aabb) -> Result<(), OutOfMemory> {
+        let Self { records, boxes, boxed, .. } = self;
+        let reserved = records.try_reserve(1).and(boxes.try_reserve(1)).and(boxed.try_reserve(1));
+        if reserved.is_err() {
+            self.clear();
+            return Err(OutOfMemory { bytes: self.memory_bytes() });
+        }
+        boxed.push(records.len() as u32);
+        boxes.push(bounds);
+        records.push(InstanceRecord { instance: u32::MAX, ..NOWHERE });
         Ok(())
     }
 }

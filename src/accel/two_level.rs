@@ -12,13 +12,14 @@
 //! before allocates nothing here.
 
 use super::Aabb;
-use super::instance::InstanceRecord;
+use super::instance::{InstanceRecord, invert};
 use super::object_accel::{ObjectAccel, Outcome};
-use super::place::{NameHasher, Placed};
+use super::place::{NameHasher, Placed, Seat};
+use super::statics::{Merged, Merging, Shown, Statics};
 use super::strategy::{forced_by_environment, forced_top_level};
 use super::top_level_bsp::TopLevelBsp;
 use super::top_level_bvh::TopLevelBvh;
-use crate::scene::{Instance, Name, Scene, Strategy, TopLevelKind};
+use crate::scene::{Instance, Motion, Name, Scene, Strategy, TopLevelKind};
 use crate::simd::Level;
 use glam::Mat3;
 use rayon::prelude::*;
@@ -44,6 +45,8 @@ pub struct UpdateStats {
     /// Bytes that could not be had for an object's structure, which is then invisible, or for the top level: nothing is visible
     /// then. 0 if all went well.
     pub out_of_memory: u64,
+    /// Static instances that are traced by way of the merged tree.
+    pub merged_instances: u32,
 }
 
 /// The structure over the instances that have a box; its references are indices of [`TwoLevel::instances`].
@@ -82,6 +85,9 @@ pub struct TwoLevel {
     outcomes: Vec<Option<Outcome>>,
     /// Per instance of the frame: its object's slot, or `u32::MAX`.
     slots: Vec<u32>,
+    /// Per slot.
+    shown: Vec<Shown>,
+    statics: Statics,
     placed: Placed,
     top_level: TopLevel,
 }
@@ -98,6 +104,8 @@ impl TwoLevel {
             free_slots: Vec::new(),
             outcomes: Vec::new(),
             slots: Vec::new(),
+            shown: Vec::new(),
+            statics: Statics::new(),
             placed: Placed::default(),
             top_level: TopLevel::Bvh(TopLevelBvh::default()),
         }
@@ -113,6 +121,22 @@ impl TwoLevel {
         self.forced_top = kind.filter(|k| *k != TopLevelKind::Auto);
     }
 
+    /// When static instances are merged; `OPENRT_MERGE` says so at first. Counts from the next update on.
+    pub fn set_merging(&mut self, merging: Merging) {
+        self.statics.merging = merging;
+    }
+
+    /// Waits for the tree of static instances that is being built beside the frames, if there is one. The next update takes it in.
+    pub fn wait_for_merge(&mut self) {
+        self.statics.wait();
+    }
+
+    /// The tree of the static instances that have been merged.
+    #[inline(always)]
+    pub fn merged(&self) -> Option<&Merged> {
+        self.statics.merged()
+    }
+
     /// The instruction set that was asked for.
     #[inline(always)]
     pub fn level(&self) -> Level {
@@ -125,13 +149,14 @@ impl TwoLevel {
         &self.objects
     }
 
-    /// The instances of the frame that can be hit, in ascending order of their number.
+    /// The instances of the frame that can be hit, in ascending order of their number; then the record of the merged tree, if there is one.
     #[inline(always)]
     pub fn instances(&self) -> &[InstanceRecord] {
         &self.placed.records
     }
 
-    /// Where each of [`TwoLevel::instances`] can be hit by a ray from near the origin (see `accel/instance`); infinite for an outlier.
+    /// Where each of [`TwoLevel::instances`] can be hit by a ray from near the origin (see `accel/instance`); infinite for an
+    /// outlier, empty for an instance in the merged tree.
     #[inline(always)]
     pub fn boxes(&self) -> &[Aabb] {
         &self.placed.boxes
@@ -149,6 +174,12 @@ impl TwoLevel {
         &self.placed.outliers
     }
 
+    /// Indices of instances with a box: those that the top level was built over.
+    #[inline(always)]
+    pub fn boxed(&self) -> &[u32] {
+        &self.placed.boxed
+    }
+
     /// World boxes hold for a ray whose planes are moved by this matrix times the magnitudes of its origin (see
     /// `accel/instance`).
     #[inline(always)]
@@ -163,17 +194,20 @@ impl TwoLevel {
         let mut stats = UpdateStats::default();
         self.drop_deleted(scene);
         self.update_objects(scene, instances, &mut stats);
+        self.statics.update(scene, &mut self.objects, &self.shown);
+        stats.merged_instances = self.statics.merged_count() as u32;
         let begin = Instant::now();
         self.update_top_level(instances, &mut stats);
         stats.top_level_seconds = begin.elapsed().as_secs_f64();
         stats.bytes = (self.objects.iter().map(ObjectAccel::memory_bytes).sum::<usize>()
             + self.top_level.memory_bytes()
+            + self.statics.memory_bytes()
             + self.placed.memory_bytes()) as u64;
         stats
     }
 
     fn update_top_level(&mut self, instances: &[Instance], stats: &mut UpdateStats) {
-        let Self { placed, objects, slots, top_level, forced_top, .. } = self;
+        let Self { placed, objects, slots, top_level, forced_top, statics, .. } = self;
         let kind = forced_top.unwrap_or(TopLevelKind::Bvh);
         if top_level.kind() != kind {
             *top_level = match kind {
@@ -181,7 +215,18 @@ impl TwoLevel {
                 TopLevelKind::Bvh | TopLevelKind::Auto => TopLevel::Bvh(TopLevelBvh::default()),
             };
         }
-        let result = placed.place(instances, slots, |slot| objects[slot as usize].bounds());
+        let seat_of = |slot| {
+            let object: &ObjectAccel = &objects[slot as usize];
+            match object.placed() {
+                Some(_) if object.is_merged() => Seat::Merged,
+                Some(_) => Seat::World(object.bounds()),
+                None => Seat::Object(object.bounds()),
+            }
+        };
+        let mut result = placed.place(instances, slots, seat_of);
+        if let (Some(merged), Ok(())) = (statics.merged(), result) {
+            result = placed.add_merged(merged.bvh().bounds());
+        }
         let Placed { boxes, boxed, .. } = placed;
         let built = match top_level {
             TopLevel::Bsp(bsp) => bsp.build(boxed, |i| boxes[i as usize]),
@@ -190,7 +235,8 @@ impl TwoLevel {
         if let Err(error) = result.and(built) {
             stats.out_of_memory += error.bytes as u64;
         }
-        stats.triangles = placed.records.iter().map(|r| objects[r.slot as usize].triangles()).sum();
+        let drawn = placed.records.iter().filter(|r| r.instance != u32::MAX);
+        stats.triangles = drawn.map(|r| objects[r.slot as usize].triangles()).sum();
     }
 
     fn drop_deleted(&mut self, scene: &Scene) {
@@ -206,15 +252,17 @@ impl TwoLevel {
     }
 
     fn update_objects(&mut self, scene: &Scene, instances: &[Instance], stats: &mut UpdateStats) {
-        let Self { objects, slot_of, free_slots, outcomes, slots, .. } = self;
+        let Self { objects, slot_of, free_slots, outcomes, slots, shown, .. } = self;
         outcomes.clear();
         outcomes.resize(objects.len(), None);
+        shown.clear();
+        shown.resize(objects.len(), Shown::default());
         slots.clear();
         if slots.try_reserve(instances.len()).is_err() {
             stats.out_of_memory += size_of_val(instances) as u64;
             return;
         }
-        for instance in instances {
+        for (number, instance) in instances.iter().enumerate() {
             // A slot is there only for an object that exists: see drop_deleted().
             let known = slot_of.get(&instance.object).copied();
             let slot = known.or_else(|| {
@@ -226,6 +274,7 @@ impl TwoLevel {
                 } else {
                     objects.push(fresh);
                     outcomes.push(None);
+                    shown.push(Shown::default());
                     objects.len() as u32 - 1
                 };
                 slot_of.insert(instance.object, slot);
@@ -234,12 +283,18 @@ impl TwoLevel {
             slots.push(slot.unwrap_or(u32::MAX));
             if let Some(slot) = slot {
                 outcomes[slot as usize] = Some(Outcome::Unchanged);
+                let shown = &mut shown[slot as usize];
+                *shown = Shown { times: shown.times.saturating_add(1), number: number as u32 };
             }
         }
         let forced = self.forced;
-        self.objects.par_iter_mut().zip(&mut self.outcomes).for_each(|(accel, outcome)| {
+        objects.par_iter_mut().zip(outcomes).zip(shown).for_each(|((accel, outcome), shown)| {
             if let (Some(outcome), Some(object)) = (outcome, scene.objects.get(&accel.name())) {
-                *outcome = accel.update(object, forced);
+                let placed = (shown.times == 1 && object.motion == Motion::Static)
+                    .then(|| instances[shown.number as usize].world_from_object)
+                    // Others draw nothing, see place().
+                    .filter(|m| invert(m).is_some());
+                *outcome = accel.update(object, forced, placed);
             }
         });
         for outcome in self.outcomes.iter().flatten() {

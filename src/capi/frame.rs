@@ -252,6 +252,7 @@ pub unsafe extern "C" fn rtGetFrameStats(stats: *mut RTframeStats) {
             structureBytes: stats.structure_bytes as f64,
             objectsBuilt: stats.objects_built,
             objectsRefitted: stats.objects_refitted,
+            mergedInstances: stats.merged_instances,
             cancelled: stats.cancelled.into(),
         });
         Ok(())

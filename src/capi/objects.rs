@@ -104,7 +104,8 @@ fn object_parameter(cx: &mut Context, object: RTuint, pname: RTenum, value: RTen
 }
 
 /// Sets a parameter of an object, from the next frame on. RT_UPDATE_STRATEGY: RT_AUTO, RT_BSP, RT_SAH,
-/// RT_FAST_BUILD or RT_REFIT. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture.
+/// RT_FAST_BUILD or RT_REFIT. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture,
+/// but for rounding: vertices of an RT_STATIC object that is placed once are transformed, for others rays are.
 ///
 /// Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object,
 /// RT_INVALID_OPERATION between rtBegin() and rtEnd().

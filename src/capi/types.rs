@@ -99,6 +99,8 @@ pub struct RTframeStats {
     pub objectsBuilt: RTuint,
     /// Objects whose structure was brought up to date in place.
     pub objectsRefitted: RTuint,
+    /// RT_STATIC instances whose triangles have been merged into one structure.
+    pub mergedInstances: RTuint,
     /// RT_TRUE when the frame was cancelled; some pixels then show an older frame.
     pub cancelled: RTboolean,
 }

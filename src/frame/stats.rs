@@ -21,6 +21,8 @@ pub struct FrameStats {
     pub objects_built: u32,
     pub objects_refitted: u32,
     pub nodes_updated: u64,
+    /// Static instances whose triangles have been merged into one structure.
+    pub merged_instances: u32,
     /// Bytes held by acceleration structures.
     pub structure_bytes: u64,
     /// The frame was cancelled; some tiles keep what they showed before.

@@ -63,6 +63,7 @@ impl Renderer {
             objects_refitted: update.objects_refitted,
             nodes_updated: update.nodes_updated,
             structure_bytes: update.bytes,
+            merged_instances: update.merged_instances,
             ..FrameStats::default()
         })
     }

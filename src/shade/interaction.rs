@@ -79,6 +79,7 @@ impl Interaction {
         let color = if mesh.colors.is_empty() { Vec4::ONE } else { mix4(&mesh.colors) };
 
         let world_edges = [edge1, edge2].map(|e| Vec3::from(linear * Vec3A::from(e)));
+        let world_size = world_edges[0].abs().max(world_edges[1].abs()).max_element();
         let double_area = world_edges[0].cross(world_edges[1]).length();
         let footprint = if mesh.tex_coords.is_empty() {
             0.0
@@ -96,7 +97,9 @@ impl Interaction {
 
         let magnitude = corners[0].abs().max(corners[1].abs()).max(corners[2].abs());
         let clearance = clearance(world_from_object, cofactor, determinant, magnitude, geometric_normal)
-            + TEST_CLEARANCE * size * row_sum(linear) * (1.0 + reciprocal(object_normal.length()));
+            + TEST_CLEARANCE * size * row_sum(linear) * (1.0 + reciprocal(object_normal.length()))
+            // A static instance is met in world space, where the triangle may be the thinner needle.
+            + TEST_CLEARANCE * world_size * reciprocal(double_area * reciprocal(world_size).powi(2));
         let point = SurfacePoint {
             position,
             geometric_normal,

@@ -1,5 +1,7 @@
 //! What a ray found.
 
+use crate::accel::Merged;
+
 /// The closest hit of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
@@ -35,5 +37,22 @@ impl Hit {
     #[inline]
     pub fn is_before(&self, other: &Hit) -> bool {
         self.t < other.t || (self.t == other.t && (self.instance, self.prim) < (other.instance, other.prim))
+    }
+
+    /// A hit in the tree of merged static instances, with the numbers of the triangle that was hit.
+    #[inline]
+    pub(super) fn located(self, merged: &Merged) -> Hit {
+        let (instance, object, prim) = merged.locate(self.prim);
+        Hit { prim, object, instance, ..self }
+    }
+
+    /// Puts this hit in the place of `best` if it comes before. Returns whether it does.
+    #[inline]
+    pub(super) fn replaces(self, best: &mut Hit) -> bool {
+        let before = self.is_before(best);
+        if before {
+            *best = self;
+        }
+        before
     }
 }

@@ -21,7 +21,7 @@
 //! the same bits wherever it comes from), and hits at equal `t` are compared by number. So the winner is always found, and found to be the same.
 
 use super::{Hit, Kernels, PreparedRay, Ray, SLAB_PAD, traverse_bsp};
-use crate::accel::{Aabb, InstanceRecord, Structure, TOP_MAX_DEPTH, TopLevel, TopLevelBsp, TopNode, TwoLevel};
+use crate::accel::{Aabb, InstanceRecord, Space, Structure, TOP_MAX_DEPTH, TopLevel, TopLevelBsp, TopNode, TwoLevel};
 use glam::{Affine3A, Vec3};
 
 /// Instances are remembered by the low bits of their index.
@@ -189,17 +189,37 @@ fn visit<const ANY: bool>(
     ray: &PreparedRay,
     best: &mut Hit,
 ) -> bool {
-    let Some(local) = PreparedRay::new(&transform(&record.object_from_world, ray)) else { return false };
+    let transformed;
+    let local = match &record.space {
+        Space::Object { object_from_world } => {
+            let Some(local) = PreparedRay::new(&transform(object_from_world, ray)) else { return false };
+            transformed = local;
+            &transformed
+        }
+        Space::World => ray,
+        Space::Merged => return visit_merged::<ANY>(world, kernels, ray, best),
+    };
     let accel = &world.objects()[record.slot as usize];
     let (enter, exit) = local.slab(&accel.bounds());
     if !(enter.max(local.tmin) <= (exit * SLAB_PAD).min(best.t)) {
         return false;
     }
     match (accel.structure(), ANY) {
-        (Structure::Bvh(bvh), false) => kernels.intersect(bvh, &local, record.object, record.instance, best),
-        (Structure::Bvh(bvh), true) => kernels.occluded(bvh, &local),
-        (Structure::Bsp(bsp), false) => traverse_bsp::intersect(bsp, &local, record.object, record.instance, best),
-        (Structure::Bsp(bsp), true) => traverse_bsp::occluded(bsp, &local),
+        (Structure::Bvh(bvh), false) => kernels.intersect(bvh, local, record.object, record.instance, best),
+        (Structure::Bvh(bvh), true) => kernels.occluded(bvh, local),
+        (Structure::Bsp(bsp), false) => traverse_bsp::intersect(bsp, local, record.object, record.instance, best),
+        (Structure::Bsp(bsp), true) => traverse_bsp::occluded(bsp, local),
         (Structure::None, _) => false,
     }
+}
+
+/// The ray in the tree of merged static instances.
+fn visit_merged<const ANY: bool>(world: &TwoLevel, kernels: &Kernels, ray: &PreparedRay, best: &mut Hit) -> bool {
+    let Some(merged) = world.merged() else { return false };
+    if ANY {
+        return kernels.occluded(merged.bvh(), ray);
+    }
+    // Numbers mean nothing yet, so hits as far away as the best one count.
+    let mut own = Hit::none(best.t);
+    kernels.intersect(merged.bvh(), ray, 0, u32::MAX, &mut own) && own.located(merged).replaces(best)
 }

@@ -11,7 +11,7 @@
 use super::traverse_bvh;
 use super::traverse_scene::{SceneRay, transform};
 use super::{Hit, PreparedRay, SLAB_PAD, traverse_bsp};
-use crate::accel::{ChildRef, InstanceRecord, MAX_DEPTH, Node8, Structure, TopLevelBvh, TwoLevel, WIDTH};
+use crate::accel::{ChildRef, InstanceRecord, MAX_DEPTH, Node8, Space, Structure, TopLevelBvh, TwoLevel, WIDTH};
 use crate::simd::{Isa, Vector};
 use std::mem::MaybeUninit;
 
@@ -172,19 +172,51 @@ unsafe fn visit<I: Isa, const ANY: bool>(
     ray: &PreparedRay,
     best: &mut Hit,
 ) -> bool {
-    let Some(local) = PreparedRay::new(&transform(&record.object_from_world, ray)) else { return false };
-    let accel = &world.objects()[record.slot as usize];
-    let (enter, exit) = local.slab(&accel.bounds());
-    if !(enter.max(local.tmin) <= (exit * SLAB_PAD).min(best.t)) {
+    let transformed;
+    let (local, bvh) = match &record.space {
+        Space::Merged => {
+            let Some(merged) = world.merged() else { return false };
+            (ray, merged.bvh())
+        }
+        space => {
+            let accel = &world.objects()[record.slot as usize];
+            let local = match space {
+                Space::Object { object_from_world } => {
+                    let Some(local) = PreparedRay::new(&transform(object_from_world, ray)) else { return false };
+                    transformed = local;
+                    &transformed
+                }
+                _ => ray,
+            };
+            let (enter, exit) = local.slab(&accel.bounds());
+            if !(enter.max(local.tmin) <= (exit * SLAB_PAD).min(best.t)) {
+                return false;
+            }
+            match accel.structure() {
+                Structure::Bvh(bvh) => (local, bvh),
+                Structure::Bsp(bsp) if ANY => return traverse_bsp::occluded(bsp, local),
+                Structure::Bsp(bsp) => {
+                    return traverse_bsp::intersect(bsp, local, record.object, record.instance, best);
+                }
+                Structure::None => return false,
+            }
+        }
+    };
+    // In the merged tree numbers mean nothing yet, so hits as far away as the best one count.
+    let is_merged = matches!(record.space, Space::Merged);
+    let mut own = if is_merged { Hit::none(best.t) } else { *best };
+    // SAFETY: the caller's promise.
+    if !unsafe { traverse_bvh::traverse::<I, ANY>(bvh, local, record.object, record.instance, &mut own) } {
         return false;
     }
-    match accel.structure() {
-        // SAFETY: the caller's promise.
-        Structure::Bvh(bvh) => unsafe {
-            traverse_bvh::traverse::<I, ANY>(bvh, &local, record.object, record.instance, best)
-        },
-        Structure::Bsp(bsp) if ANY => traverse_bsp::occluded(bsp, &local),
-        Structure::Bsp(bsp) => traverse_bsp::intersect(bsp, &local, record.object, record.instance, best),
-        Structure::None => false,
+    if ANY {
+        return true;
+    }
+    match world.merged().filter(|_| is_merged) {
+        Some(merged) => own.located(merged).replaces(best),
+        None => {
+            *best = own;
+            true
+        }
     }
 }

@@ -5,7 +5,7 @@ mod skip;
 
 use super::random::Random;
 use glam::{Affine3A, DVec3, Quat, Vec3, Vec3A};
-use openrt::accel::{TopLevel, TwoLevel};
+use openrt::accel::{Space, TopLevel, TwoLevel, to_world};
 use openrt::scene::{Command, Instance, Mesh, Motion, Scene, Strategy, TopLevelKind};
 use openrt::simd::Level;
 use openrt::threads::Pool;
@@ -41,9 +41,7 @@ impl World {
         pool.install(|| world.update(&self.scene, &self.instances));
         match (world.top_level(), top) {
             (TopLevel::Bvh(tree), TopLevelKind::Bvh | TopLevelKind::Auto) => {
-                let is_boxed = |i: &u32| !world.outliers().contains(i);
-                let boxed: Vec<u32> = (0..world.boxes().len() as u32).filter(is_boxed).collect();
-                tree.validate(&boxed, world.boxes()).unwrap_or_else(|e| panic!("top level: {e}"));
+                tree.validate(world.boxed(), world.boxes()).unwrap_or_else(|e| panic!("top level: {e}"));
             }
             (TopLevel::Bsp(_), TopLevelKind::Bsp) => {}
             (built, asked) => panic!("{asked:?} was asked for, {built:?} is there"),
@@ -52,20 +50,28 @@ impl World {
     }
 
     /// The answer by testing every triangle of every instance with the reference test, bits included. Takes the inverse
-    /// matrices from `built`, and transforms the ray by the documented operations.
+    /// matrices from `built`, and transforms the ray by the documented operations, or the vertices of static instances.
     pub fn brute_force(&self, built: &TwoLevel, ray: &Ray) -> Option<Hit> {
         let mut best: Option<Hit> = None;
-        for record in built.instances() {
-            let m = &record.object_from_world;
-            let linear = |v: Vec3| {
-                let v = Vec3A::from(v);
-                (m.matrix3.x_axis * v.x + m.matrix3.y_axis * v.y) + m.matrix3.z_axis * v.z
+        for record in built.instances().iter().filter(|r| r.instance != u32::MAX) {
+            let local = match &record.space {
+                Space::Object { object_from_world: m } => {
+                    let linear = |v: Vec3| {
+                        let v = Vec3A::from(v);
+                        (m.matrix3.x_axis * v.x + m.matrix3.y_axis * v.y) + m.matrix3.z_axis * v.z
+                    };
+                    Ray { org: (linear(ray.org) + m.translation).into(), dir: linear(ray.dir).into(), ..*ray }
+                }
+                Space::World | Space::Merged => *ray,
             };
-            let org = (linear(ray.org) + m.translation).into();
-            let Some(local) = PreparedRay::new(&Ray { org, dir: linear(ray.dir).into(), ..*ray }) else { continue };
+            let Some(local) = PreparedRay::new(&local) else { continue };
             let mesh = &self.scene.objects[&record.object].mesh;
             for prim in 0..mesh.triangles.len() as u32 {
-                let Some(h) = triangle::intersect(&local, mesh.corners(prim)) else { continue };
+                let corners = match &record.space {
+                    Space::Object { .. } => mesh.corners(prim),
+                    Space::World | Space::Merged => mesh.corners(prim).map(|p| to_world(&record.world_from_object, p)),
+                };
+                let Some(h) = triangle::intersect(&local, corners) else { continue };
                 let hit = Hit { t: h.t, u: h.u, v: h.v, prim, object: record.object, instance: record.instance };
                 if best.is_none_or(|b| hit.is_before(&b)) {
                     best = Some(hit);

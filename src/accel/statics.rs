@@ -1,0 +1,353 @@
+//! Static instances, merged into one tree (Wald03 §6: "all static triangles in one object"; design §5).
+//!
+//! An instance of a [`crate::scene::Motion::Static`] object that the frame places exactly once is evaluated in *world space*:
+//! its vertices are transformed once, its structure is built over triangles of the world ([`ObjectAccel`]), and rays reach
+//! it untransformed. When several such instances have stayed the same for some frames, one tree is built over all their
+//! triangles on a thread beside the frames, and takes the place of their structures between two of them. Then a
+//! scene that was split into objects is traced as if it had not been.
+//!
+//! # Why the picture does not change by a bit
+//!
+//! * The triangles are the same: corners come from the same operations ([`to_world`]) on the same vertices, and a
+//!   triangle's test depends on the ray and on its corners alone.
+//! * The winner is the same: merged triangles are numbered in ascending order of (instance, triangle), so ties inside
+//!   the merged tree fall as they do between instances. Against the rest of the scene its winner is given its true numbers
+//!   first ([`Merged::locate`]) and then compared. When the application places its instances in another order, the
+//!   merged triangles are numbered anew.
+//!
+//! # Change
+//!
+//! A member that moves, is redefined or vanishes is taken out at once: its triangles get NaN corners, which no ray hits, in one
+//! parallel sweep over the blocks; and the object gets a structure of its own as any other does. What was merged of
+//! the others stays. So nothing is kept twice: members have no structure of their own, and there is one tree's memory, except while the next one
+//! is being built. An object that left has to stay the same for twice as long before it is merged again, each time,
+//! so that one that blinks does not keep us building.
+//!
+//! The copy of the triangles that is built from is made between frames, the build beside them by one thread that exists only as long: on the
+//! pool's workers it would keep a frame waiting.
+
+use super::build_sah;
+use super::bvh::{Bvh, OutOfMemory};
+use super::instance::to_world;
+use super::object_accel::{Identity, ObjectAccel};
+use crate::scene::{Mesh, Name, Scene};
+use crate::threads::Pool;
+use glam::Vec3;
+use rayon::prelude::*;
+use std::sync::{Arc, Mutex};
+
+/// Updates for which an instance has to stay the same before it is merged.
+const WAIT: u32 = 4;
+
+/// When static instances are merged. None of these changes the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Merging {
+    /// Beside the frames, once instances have stayed the same for some.
+    #[default]
+    Background,
+    /// Within the update that first sees them: for tests, and for one long frame.
+    AtOnce,
+    /// Nothing is begun; what has been merged stays so.
+    Never,
+}
+
+impl Merging {
+    /// From the environment variable `OPENRT_MERGE`: `now` or `never`.
+    pub(super) fn from_environment() -> Self {
+        match std::env::var("OPENRT_MERGE").as_deref().map(str::trim) {
+            Ok("now") => Merging::AtOnce,
+            Ok("never") => Merging::Never,
+            _ => Merging::Background,
+        }
+    }
+}
+
+/// How often an object is placed in a frame, and the number of its last instance.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Shown {
+    pub times: u32,
+    pub number: u32,
+}
+
+/// One tree over the triangles of several static instances, in world space.
+#[derive(Debug)]
+pub struct Merged {
+    bvh: Bvh,
+    /// In ascending order of `first`, and of `instance`.
+    members: Vec<Member>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Member {
+    /// Its triangles have the numbers `first..first + count` in the tree.
+    first: u32,
+    count: u32,
+    slot: u32,
+    /// Number within the frame.
+    instance: u32,
+    object: Name,
+    /// False from when it has been taken out.
+    live: bool,
+}
+
+impl Merged {
+    /// The tree; its triangles are numbered through.
+    #[inline(always)]
+    pub fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    /// Instance, object and triangle of the triangle that has number `prim` in the tree.
+    #[inline]
+    pub fn locate(&self, prim: u32) -> (u32, Name, u32) {
+        let member = &self.members[self.members.partition_point(|m| m.first <= prim) - 1];
+        (member.instance, member.object, prim - member.first)
+    }
+
+    /// Instances in the tree.
+    fn live(&self) -> usize {
+        self.members.iter().filter(|m| m.live).count()
+    }
+
+    fn memory_bytes(&self) -> usize {
+        self.bvh.memory_bytes() + self.members.capacity() * size_of::<Member>()
+    }
+
+    /// Takes the triangles of the members `gone` out.
+    fn erase(&mut self, gone: &[usize]) {
+        let Self { bvh, members } = self;
+        let is_gone =
+            |prim: &u32| gone.iter().any(|&i| (members[i].first..members[i].first + members[i].count).contains(prim));
+        bvh.blocks.par_iter_mut().with_min_len(1024).for_each(|block| {
+            for lane in 0..block.prims.len() {
+                if is_gone(&block.prims[lane]) {
+                    block.set_corners(lane, [Vec3::NAN; 3]);
+                }
+            }
+        });
+    }
+
+    /// Brings the numbers of the instances in line with the frame.
+    fn renumber(&mut self, shown: &[Shown]) {
+        for member in self.members.iter_mut().filter(|m| m.live) {
+            member.instance = shown[member.slot as usize].number;
+        }
+        let mut last = None;
+        if self.members.iter().filter(|m| m.live).all(|m| last.replace(m.instance) < Some(m.instance)) {
+            return;
+        }
+        let old = self.members.clone();
+        let mut order: Vec<usize> = (0..old.len()).collect();
+        // Those taken out have no order; at the end they are out of the way.
+        order.sort_by_key(|&i| (!old[i].live, old[i].instance));
+        let mut firsts = vec![0; old.len()];
+        let mut first = 0;
+        for (member, &i) in self.members.iter_mut().zip(&order) {
+            *member = Member { first, ..old[i] };
+            firsts[i] = first;
+            first += old[i].count;
+        }
+        self.bvh.blocks.par_iter_mut().with_min_len(1024).for_each(|block| {
+            for prim in &mut block.prims {
+                let i = old.partition_point(|m| m.first <= *prim) - 1;
+                *prim = *prim - old[i].first + firsts[i];
+            }
+        });
+    }
+}
+
+/// A tree that is being built.
+struct Task {
+    /// Of one thread, at work on this and nothing else. None after it has been waited for.
+    pool: Option<Pool>,
+    /// A forked child has the task but not the thread.
+    process: u32,
+    result: Arc<Mutex<Option<Result<Bvh, OutOfMemory>>>>,
+    members: Vec<(Member, Identity)>,
+}
+
+/// The merged tree of a world, and the one to come.
+pub(super) struct Statics {
+    pub merging: Merging,
+    merged: Option<Merged>,
+    task: Option<Task>,
+    /// A set of instances for which there was no memory; not tried again.
+    refused: Vec<Identity>,
+}
+
+impl Statics {
+    pub fn new() -> Self {
+        Self { merging: Merging::from_environment(), merged: None, task: None, refused: Vec::new() }
+    }
+
+    pub fn merged(&self) -> Option<&Merged> {
+        self.merged.as_ref()
+    }
+
+    /// Instances whose triangles are in the merged tree.
+    pub fn merged_count(&self) -> usize {
+        self.merged.as_ref().map_or(0, Merged::live)
+    }
+
+    pub fn memory_bytes(&self) -> usize {
+        self.merged.as_ref().map_or(0, Merged::memory_bytes)
+    }
+
+    /// Waits until the tree that is being built is finished; the next update takes it in.
+    pub fn wait(&mut self) {
+        if let Some(task) = &mut self.task {
+            // Its end waits for the job.
+            task.pool = None;
+        }
+    }
+
+    /// To be called when `objects` have been brought in line with the frame, of which `shown` tells by slot. Takes out what
+    /// has changed, takes in what has been built, and begins what is worth it.
+    pub fn update(&mut self, scene: &Scene, objects: &mut [ObjectAccel], shown: &[Shown]) {
+        self.take_out(objects, shown);
+        self.take_in(objects, shown);
+        if self.merging != Merging::Never && self.task.is_none() {
+            self.begin(scene, objects, shown);
+            self.take_in(objects, shown);
+        }
+        if let Some(merged) = &mut self.merged {
+            merged.renumber(shown);
+        }
+    }
+
+    fn take_out(&mut self, objects: &mut [ObjectAccel], shown: &[Shown]) {
+        let Some(merged) = &mut self.merged else { return };
+        let mut gone = Vec::new();
+        for (i, member) in merged.members.iter_mut().enumerate().filter(|(_, m)| m.live) {
+            let object = &mut objects[member.slot as usize];
+            let hidden = shown[member.slot as usize].times == 0;
+            if hidden {
+                object.leave_merged();
+            }
+            if hidden || !object.is_merged() {
+                member.live = false;
+                gone.push(i);
+            }
+        }
+        if merged.live() == 0 {
+            self.merged = None;
+        } else if !gone.is_empty() {
+            merged.erase(&gone);
+        }
+    }
+
+    /// Puts a finished tree in the place of its members' own structures.
+    fn take_in(&mut self, objects: &mut [ObjectAccel], shown: &[Shown]) {
+        let Some(task) = &mut self.task else { return };
+        if task.process != std::process::id() {
+            self.task = None;
+            return;
+        }
+        // Never waits: the thread holds the lock only to leave its result.
+        let Some(result) = task.result.try_lock().ok().and_then(|mut result| result.take()) else { return };
+        let Some(task) = self.task.take() else { return };
+        let bvh = match result {
+            Ok(bvh) => bvh,
+            Err(_) => {
+                self.refused = task.members.iter().map(|(_, identity)| *identity).collect();
+                return;
+            }
+        };
+        let mut merged = Merged { bvh, members: Vec::with_capacity(task.members.len()) };
+        let mut gone = Vec::new();
+        for (i, (mut member, identity)) in task.members.into_iter().enumerate() {
+            let slot = member.slot as usize;
+            member.live = shown[slot].times == 1 && objects[slot].identity() == Some(identity);
+            if !member.live {
+                gone.push(i);
+            }
+            merged.members.push(member);
+        }
+        if merged.live() < 2 {
+            return;
+        }
+        if !gone.is_empty() {
+            merged.erase(&gone);
+        }
+        for member in merged.members.iter().filter(|m| m.live) {
+            objects[member.slot as usize].enter_merged();
+        }
+        // Who lives in the tree before is also in this one: nobody joins a tree but in a new one, which begins with them all.
+        self.merged = Some(merged);
+    }
+
+    /// Has a tree built over all instances that have stayed the same long enough, if that would add one.
+    fn begin(&mut self, scene: &Scene, objects: &[ObjectAccel], shown: &[Shown]) {
+        let wait = if self.merging == Merging::AtOnce { 0 } else { WAIT };
+        let mut members: Vec<(Member, Identity)> = Vec::new();
+        let mut fresh = false;
+        for (slot, (object, shown)) in objects.iter().zip(shown).enumerate() {
+            if shown.times != 1 {
+                continue;
+            }
+            let Some(identity) = object.identity().filter(|_| object.may_merge(wait)) else { continue };
+            fresh |= !object.is_merged();
+            let (slot, instance, count) = (slot as u32, shown.number, object.triangles() as u32);
+            members.push((Member { first: 0, count, slot, instance, object: object.name(), live: true }, identity));
+        }
+        if !fresh || members.len() < 2 {
+            return;
+        }
+        members.sort_unstable_by_key(|(member, _)| member.instance);
+        let mut first = 0u32;
+        for (member, _) in &mut members {
+            member.first = first;
+            // More is refused below.
+            first = first.saturating_add(member.count);
+        }
+        if self.refused.iter().eq(members.iter().map(|(_, identity)| identity)) {
+            return;
+        }
+        let mesh = match gather(scene, &members) {
+            Ok(mesh) => mesh,
+            Err(_) => {
+                self.refused = members.iter().map(|(_, identity)| *identity).collect();
+                return;
+            }
+        };
+        let result = Arc::new(Mutex::new(None));
+        let mut pool = None;
+        if self.merging == Merging::AtOnce {
+            result.lock().expect("nobody else has it").replace(build_sah(&mesh));
+        } else {
+            // Without a thread all stays as it is; the next update tries again.
+            let Ok(thread) = Pool::new(Some(1)) else { return };
+            let result = result.clone();
+            thread.spawn(move || {
+                let built = build_sah(&mesh);
+                drop(mesh);
+                if let Ok(mut result) = result.lock() {
+                    *result = Some(built);
+                }
+            });
+            pool = Some(thread);
+        }
+        self.task = Some(Task { pool, process: std::process::id(), result, members });
+    }
+}
+
+/// The triangles of all members in world space, one after the other.
+fn gather(scene: &Scene, members: &[(Member, Identity)]) -> Result<Mesh, OutOfMemory> {
+    let mesh_of = |member: &Member| scene.objects.get(&member.object).map(|object| &object.mesh);
+    let sum = |of: fn(&Mesh) -> usize| members.iter().filter_map(|(m, _)| mesh_of(m)).map(of).sum::<usize>();
+    let (vertices, triangles) = (sum(|mesh| mesh.positions.len()), sum(|mesh| mesh.triangles.len()));
+    let bytes = vertices.saturating_mul(size_of::<Vec3>()).saturating_add(triangles.saturating_mul(12));
+    let mut all = Mesh::default();
+    let reserved = all.positions.try_reserve_exact(vertices).and(all.triangles.try_reserve_exact(triangles));
+    if reserved.is_err() || vertices >= u32::MAX as usize || triangles >= u32::MAX as usize {
+        return Err(OutOfMemory { bytes });
+    }
+    for (member, identity) in members {
+        let Some(mesh) = mesh_of(member) else { continue };
+        let before = all.positions.len() as u32;
+        let place = identity.world_from_object;
+        all.positions.extend(mesh.positions.iter().map(|&p| to_world(&place, p)));
+        all.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|index| index + before)));
+    }
+    Ok(all)
+}
