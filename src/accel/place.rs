@@ -107,6 +107,11 @@ impl Placed {
             }
             let Some(object_from_world) = invert(&world_from_object) else { return Fate::Nothing };
             let (space, fate) = match seat {
+                // Nothing to transform, whatever the object is declared to be.
+                Seat::Object(bounds) if world_from_object == Affine3A::IDENTITY => {
+                    *aabb = bounds;
+                    (Space::World, Fate::Boxed)
+                }
                 Seat::Object(bounds) => {
                     let space = Space::Object { object_from_world };
                     match reach(&bounds, &object_from_world) {

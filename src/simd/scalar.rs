@@ -56,6 +56,18 @@ impl<const N: usize> Vector for Lanes<N> {
         self.zip(other, |a, b| a * b)
     }
     #[inline(always)]
+    unsafe fn div(self, other: Self) -> Self {
+        self.zip(other, |a, b| a / b)
+    }
+    #[inline(always)]
+    unsafe fn abs(self) -> Self {
+        Lanes(self.0.map(f32::abs))
+    }
+    #[inline(always)]
+    unsafe fn select_le(self, other: Self, yes: Self, no: Self) -> Self {
+        Lanes(array::from_fn(|i| if self.0[i] <= other.0[i] { yes.0[i] } else { no.0[i] }))
+    }
+    #[inline(always)]
     unsafe fn min(self, other: Self) -> Self {
         self.zip(other, |a, b| if a < b { a } else { b })
     }

@@ -33,7 +33,7 @@ fn bits<const N: usize>(lanes: [f32; N]) -> [u32; N] {
 /// # Safety
 /// - The processor has the instruction set of `V`.
 #[inline(always)]
-unsafe fn all<V: Vector<Array = [f32; N]>, const N: usize>(a: [f32; N], b: [f32; N]) -> ([[u32; N]; 6], [u32; 2]) {
+unsafe fn all<V: Vector<Array = [f32; N]>, const N: usize>(a: [f32; N], b: [f32; N]) -> ([[u32; N]; 9], [u32; 2]) {
     // SAFETY: the caller's promise.
     unsafe {
         let stored = |v: V| {
@@ -47,6 +47,9 @@ unsafe fn all<V: Vector<Array = [f32; N]>, const N: usize>(a: [f32; N], b: [f32;
                 stored(x.add(y)),
                 stored(x.sub(y)),
                 stored(x.mul(y)),
+                stored(x.div(y)),
+                stored(x.abs()),
+                stored(x.select_le(y, y, x)),
                 stored(x.min(y)),
                 stored(x.max(y)),
                 // Fused, this would be 2^-46 instead of 0 for some of the values.
@@ -57,8 +60,8 @@ unsafe fn all<V: Vector<Array = [f32; N]>, const N: usize>(a: [f32; N], b: [f32;
     }
 }
 
-type Four = ([[u32; 4]; 6], [u32; 2]);
-type Eight = ([[u32; 8]; 6], [u32; 2]);
+type Four = ([[u32; 4]; 9], [u32; 2]);
+type Eight = ([[u32; 8]; 9], [u32; 2]);
 
 /// # Safety
 /// - The processor has the instruction set `I`.

@@ -25,11 +25,17 @@ pub trait Vector: Copy {
     unsafe fn add(self, other: Self) -> Self;
     unsafe fn sub(self, other: Self) -> Self;
     unsafe fn mul(self, other: Self) -> Self;
+    unsafe fn div(self, other: Self) -> Self;
+    /// The magnitude: clears the sign bit, also of a NaN.
+    unsafe fn abs(self) -> Self;
 
     /// `if self < other { self } else { other }`: the second operand where either is NaN, as `minps` does.
     unsafe fn min(self, other: Self) -> Self;
     /// `if self > other { self } else { other }`: the second operand where either is NaN, as `maxps` does.
     unsafe fn max(self, other: Self) -> Self;
+
+    /// In each lane `if self <= other { yes } else { no }`; `no` where either is NaN.
+    unsafe fn select_le(self, other: Self, yes: Self, no: Self) -> Self;
 
     /// Bit `i` is set where lane `i` of `self <= other`; false for NaN.
     unsafe fn le(self, other: Self) -> u32;

@@ -42,10 +42,11 @@ pub struct Mask4(__m128);
 pub struct Mask8(__m256);
 
 /// Writes one implementation of [`Vector`] over a single register. Arguments: the type, its array, the intrinsics,
-/// and how two lanes are compared into bits.
+/// how two lanes are compared into bits, and how such a comparison selects.
 macro_rules! one_register {
-    ($vector:ident, $array:ty, $splat:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident,
-     $min:ident, $max:ident, |$a:ident, $b:ident, $op:ident| $compare:expr) => {
+    ($vector:ident, $array:ty, $splat:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident, $div:ident,
+     $min:ident, $max:ident, $andnot:ident, |$a:ident, $b:ident, $op:ident| $compare:expr,
+     |$x:ident, $y:ident, $yes:ident, $no:ident| $select:expr) => {
         impl Vector for $vector {
             type Array = $array;
 
@@ -78,6 +79,22 @@ macro_rules! one_register {
             unsafe fn mul(self, other: Self) -> Self {
                 // SAFETY: as in `splat`.
                 unsafe { $vector($mul(self.0, other.0)) }
+            }
+            #[inline(always)]
+            unsafe fn div(self, other: Self) -> Self {
+                // SAFETY: as in `splat`.
+                unsafe { $vector($div(self.0, other.0)) }
+            }
+            #[inline(always)]
+            unsafe fn abs(self) -> Self {
+                // SAFETY: as in `splat`.
+                unsafe { $vector($andnot($splat(-0.0), self.0)) }
+            }
+            #[inline(always)]
+            unsafe fn select_le(self, other: Self, yes: Self, no: Self) -> Self {
+                let ($x, $y, $yes, $no) = (self.0, other.0, yes.0, no.0);
+                // SAFETY: as in `splat`.
+                unsafe { $vector($select) }
             }
             #[inline(always)]
             unsafe fn min(self, other: Self) -> Self {
@@ -116,10 +133,13 @@ one_register!(
     _mm_add_ps,
     _mm_sub_ps,
     _mm_mul_ps,
+    _mm_div_ps,
     _mm_min_ps,
     _mm_max_ps,
+    _mm_andnot_ps,
     // SSE has an instruction per comparison; the condition is constant, so one branch is left.
-    |a, b, OP| _mm_movemask_ps(if OP == _CMP_LE_OQ { _mm_cmple_ps(a, b) } else { _mm_cmplt_ps(a, b) }) as u32
+    |a, b, OP| _mm_movemask_ps(if OP == _CMP_LE_OQ { _mm_cmple_ps(a, b) } else { _mm_cmplt_ps(a, b) }) as u32,
+    |a, b, yes, no| _mm_blendv_ps(no, yes, _mm_cmple_ps(a, b))
 );
 
 one_register!(
@@ -131,9 +151,12 @@ one_register!(
     _mm256_add_ps,
     _mm256_sub_ps,
     _mm256_mul_ps,
+    _mm256_div_ps,
     _mm256_min_ps,
     _mm256_max_ps,
-    |a, b, OP| _mm256_movemask_ps(_mm256_cmp_ps::<OP>(a, b)) as u32
+    _mm256_andnot_ps,
+    |a, b, OP| _mm256_movemask_ps(_mm256_cmp_ps::<OP>(a, b)) as u32,
+    |a, b, yes, no| _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_LE_OQ>(a, b))
 );
 
 one_register!(
@@ -145,9 +168,12 @@ one_register!(
     _mm_add_ps,
     _mm_sub_ps,
     _mm_mul_ps,
+    _mm_div_ps,
     _mm_min_ps,
     _mm_max_ps,
-    |a, b, OP| u32::from(_mm_cmp_ps_mask::<OP>(a, b))
+    _mm_andnot_ps,
+    |a, b, OP| u32::from(_mm_cmp_ps_mask::<OP>(a, b)),
+    |a, b, yes, no| _mm_mask_blend_ps(_mm_cmp_ps_mask::<_CMP_LE_OQ>(a, b), no, yes)
 );
 
 one_register!(
@@ -159,9 +185,12 @@ one_register!(
     _mm256_add_ps,
     _mm256_sub_ps,
     _mm256_mul_ps,
+    _mm256_div_ps,
     _mm256_min_ps,
     _mm256_max_ps,
-    |a, b, OP| u32::from(_mm256_cmp_ps_mask::<OP>(a, b))
+    _mm256_andnot_ps,
+    |a, b, OP| u32::from(_mm256_cmp_ps_mask::<OP>(a, b)),
+    |a, b, yes, no| _mm256_mask_blend_ps(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b), no, yes)
 );
 
 impl Vector for Sse8 {
@@ -199,6 +228,29 @@ impl Vector for Sse8 {
     unsafe fn mul(self, other: Self) -> Self {
         // SAFETY: as in `splat`.
         unsafe { Sse8(_mm_mul_ps(self.0, other.0), _mm_mul_ps(self.1, other.1)) }
+    }
+    #[inline(always)]
+    unsafe fn div(self, other: Self) -> Self {
+        // SAFETY: as in `splat`.
+        unsafe { Sse8(_mm_div_ps(self.0, other.0), _mm_div_ps(self.1, other.1)) }
+    }
+    #[inline(always)]
+    unsafe fn abs(self) -> Self {
+        // SAFETY: as in `splat`.
+        unsafe {
+            let sign = _mm_set1_ps(-0.0);
+            Sse8(_mm_andnot_ps(sign, self.0), _mm_andnot_ps(sign, self.1))
+        }
+    }
+    #[inline(always)]
+    unsafe fn select_le(self, other: Self, yes: Self, no: Self) -> Self {
+        // SAFETY: as in `splat`.
+        unsafe {
+            Sse8(
+                _mm_blendv_ps(no.0, yes.0, _mm_cmple_ps(self.0, other.0)),
+                _mm_blendv_ps(no.1, yes.1, _mm_cmple_ps(self.1, other.1)),
+            )
+        }
     }
     #[inline(always)]
     unsafe fn min(self, other: Self) -> Self {

@@ -3,14 +3,17 @@
 //! A shell carries the `#[target_feature]`; the generic kernel inlines into it. Calls go through function pointers, per
 //! object and ray or per batch, never per node.
 
+use super::packet_batch::trace_many;
 use super::traverse_bvh::traverse;
-use super::{Hit, PreparedRay, traverse_top_bvh};
+use super::{Hit, PreparedRay, Ray, traverse_top_bvh};
 use crate::accel::{Bvh, TopLevelBvh, TwoLevel};
 use crate::simd::{Level, Scalar};
 
 type Intersect = unsafe fn(&Bvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
 type Occluded = unsafe fn(&Bvh, &PreparedRay) -> bool;
 type Scene = unsafe fn(&TwoLevel, &TopLevelBvh, &PreparedRay, &mut Hit) -> bool;
+type IntersectMany = unsafe fn(&TwoLevel, &[Ray], &mut [Option<Hit>]);
+type OccludedMany = unsafe fn(&TwoLevel, &[Ray], &mut [bool]);
 
 /// The kernels of one level. Holding one proves that the processor can run them.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +23,8 @@ pub struct Kernels {
     occluded: Occluded,
     scene_intersect: Scene,
     scene_occluded: Scene,
+    pub(super) intersect_many: IntersectMany,
+    pub(super) occluded_many: OccludedMany,
 }
 
 /// Writes the shells of one instruction set as a module.
@@ -66,6 +71,14 @@ macro_rules! shells {
             /// # Safety
             /// - The processor has the features named.
             $(#[target_feature(enable = $feature)])*
+            unsafe fn intersect_many(world: &TwoLevel, rays: &[Ray], hits: &mut [Option<Hit>]) {
+                // SAFETY: the caller's promise.
+                unsafe { trace_many::<$isa, false>(world, &KERNELS, rays, |i, hit| hits[i] = hit) }
+            }
+
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
             pub(super) unsafe fn scene_occluded(
                 world: &TwoLevel,
                 tree: &TopLevelBvh,
@@ -76,12 +89,22 @@ macro_rules! shells {
                 unsafe { traverse_top_bvh::traverse::<$isa, true>(world, tree, ray, best) }
             }
 
-            pub(super) const KERNELS: Kernels = Kernels {
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
+            unsafe fn occluded_many(world: &TwoLevel, rays: &[Ray], answers: &mut [bool]) {
+                // SAFETY: the caller's promise.
+                unsafe { trace_many::<$isa, true>(world, &KERNELS, rays, |i, hit| answers[i] = hit.is_some()) }
+            }
+
+            pub(super) static KERNELS: Kernels = Kernels {
                 level: super::level_of!($name),
                 intersect,
                 occluded,
                 scene_intersect,
                 scene_occluded,
+                intersect_many,
+                occluded_many,
             };
         }
     };

@@ -2,6 +2,7 @@
 //!
 //! All kernels answer the same question with the same bits, on every instruction set and through every structure:
 //! the hit with the smallest `t`, and among equal `t` the one with the lowest (instance, object, primitive).
+//! Many rays at once go as packets of up to 64 ([`Tracer::intersect_many`]), with the same bits.
 //! How that is kept: [`ray`] (slab distances), [`triangle`] (edge functions, clamped `t`).
 
 pub mod ray;
@@ -9,9 +10,16 @@ pub mod triangle;
 
 mod hit;
 mod kernels;
+mod packet;
+mod packet_batch;
+mod packet_boxes;
+mod packet_object;
+mod packet_scene;
+mod packet_triangles;
 mod tracer;
 mod traverse_bsp;
 mod traverse_bvh;
+mod traverse_packet;
 mod traverse_scene;
 mod traverse_top_bvh;
 mod triangle4;

@@ -28,26 +28,25 @@ impl<'a> Tracer<'a> {
     /// interval hits nothing.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        if USUAL_LENGTH.contains(&ray.dir.abs().max_element()) { self.closest(ray) } else { self.closest_rescaled(ray) }
+        if is_usual(ray) { self.closest(ray) } else { self.closest_rescaled(ray) }
     }
 
     /// Whether anything lies on `ray` within its interval: the same as [`Tracer::intersect`] finding something, but faster.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        if USUAL_LENGTH.contains(&ray.dir.abs().max_element()) {
-            self.any(ray)
-        } else {
-            rescale(ray).is_some_and(|(scaled, _)| self.any(&scaled))
-        }
+        if is_usual(ray) { self.any(ray) } else { rescale(ray).is_some_and(|(scaled, _)| self.any(&scaled)) }
     }
 
-    /// [`Tracer::intersect`] for many rays. Callers cut large batches into pieces and trace these in parallel.
+    /// [`Tracer::intersect`] for many rays, as packets: rays that are near each other in `rays` should be near each other in space,
+    /// from 64 on it pays. Callers cut large batches into pieces and trace these in parallel.
     ///
     /// # Panics
     /// When the slices differ in length.
     pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len(), "one answer per ray");
-        for (ray, hit) in rays.iter().zip(hits) {
+        // SAFETY: holding kernels proves that the processor can run them.
+        unsafe { (self.kernels.intersect_many)(self.world, rays, hits) };
+        for (ray, hit) in rays.iter().zip(hits).filter(|(ray, _)| !is_usual(ray)) {
             *hit = self.intersect(ray);
         }
     }
@@ -58,7 +57,9 @@ impl<'a> Tracer<'a> {
     /// When the slices differ in length.
     pub fn occluded_many(&self, rays: &[Ray], answers: &mut [bool]) {
         assert_eq!(rays.len(), answers.len(), "one answer per ray");
-        for (ray, answer) in rays.iter().zip(answers) {
+        // SAFETY: as in `intersect_many`.
+        unsafe { (self.kernels.occluded_many)(self.world, rays, answers) };
+        for (ray, answer) in rays.iter().zip(answers).filter(|(ray, _)| !is_usual(ray)) {
             *answer = self.occluded(ray);
         }
     }
@@ -85,6 +86,12 @@ impl<'a> Tracer<'a> {
         let t = ((f64::from(hit.t) / length) as f32).min(f32::MAX);
         Some(Hit { t: t.clamp(ray.tmin.max(0.0), ray.tmax), ..hit })
     }
+}
+
+/// Whether a ray can be traced as it is.
+#[inline(always)]
+pub(super) fn is_usual(ray: &Ray) -> bool {
+    USUAL_LENGTH.contains(&ray.dir.abs().max_element())
 }
 
 /// The same ray with a direction whose largest component is in 1..2, and by what its distances were multiplied (a power of two).

@@ -86,14 +86,28 @@ pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
     instance: u32,
     best: &mut Hit,
 ) -> bool {
-    if bvh.is_empty() {
-        return false;
-    }
+    // SAFETY: the caller's promise; a tree that is not empty has a root.
+    !bvh.is_empty() && unsafe { traverse_below::<I, ANY>(bvh, ChildRef::node(0), ray, object, instance, best) }
+}
+
+/// [`traverse`], from `child` down.
+///
+/// # Safety
+/// - The processor has the instruction set `I`; `child` is of `bvh`.
+#[inline(always)]
+pub(super) unsafe fn traverse_below<I: Isa, const ANY: bool>(
+    bvh: &Bvh,
+    child: ChildRef,
+    ray: &PreparedRay,
+    object: u32,
+    instance: u32,
+    best: &mut Hit,
+) -> bool {
     let (nodes, blocks) = (bvh.nodes(), bvh.blocks());
     let mut stack = [const { MaybeUninit::<u64>::uninit() }; STACK];
     let mut depth = 0usize;
     let mut found = false;
-    let mut current = ChildRef::node(0);
+    let mut current = child;
     // SAFETY: the caller's promise, for all vector operations. The references in a `Bvh` are to its own nodes and blocks
     // and paths have at most MAX_DEPTH nodes (its invariants, checked on construction); every visited node replaces
     // one reference by at most WIDTH, so the stack holds at most STACK, and entries below `depth` have been written.

@@ -5,6 +5,7 @@
 //! That leaves few lanes, and they take the scalar way: at once when all edge functions are finite and not 0,
 //! else by way of f64. So the result is that of the scalar test, bit for bit, without a second copy of its rare branches.
 
+use super::packet::{GROUPS, LANES, Packet};
 use super::{Hit, PreparedRay, triangle};
 use crate::accel::{BLOCK, Tri4};
 use crate::simd::{Isa, Vector};
@@ -36,10 +37,30 @@ impl<I: Isa> RayLanes<I> {
             }
         }
     }
+
+    /// The lanes of ray `r` of a packet.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    pub(super) unsafe fn of_packet(packet: &Packet, r: usize) -> Self {
+        const NEXT: [usize; 5] = [0, 1, 2, 0, 1];
+        let (g, l) = (r / LANES % GROUPS, r % LANES);
+        let z = packet.axis(r);
+        let axis = [NEXT[z + 1], NEXT[z + 2], NEXT[z]];
+        // SAFETY: the caller's promise.
+        unsafe {
+            Self {
+                org: axis.map(|k| I::F4::splat(packet.org[k][g][l])),
+                shear: [I::F4::splat(packet.shear[0][g][l]), I::F4::splat(packet.shear[1][g][l])],
+                axis,
+            }
+        }
+    }
 }
 
 /// Edge functions and depths of the four triangles: `u, v, w` and the corners' `z`.
-struct Edges {
+pub(super) struct Edges {
     weights: [[f32; BLOCK]; 3],
     depth: [[f32; BLOCK]; 3],
 }
@@ -59,8 +80,21 @@ pub(super) unsafe fn intersect4<I: Isa, const ANY: bool>(
     instance: u32,
     best: &mut Hit,
 ) -> bool {
+    // SAFETY: the caller's promise.
+    match unsafe { edges4(lanes, block) } {
+        Some((candidates, edges)) => resolve::<ANY>(ray, block, candidates, &edges, object, instance, best),
+        None => false,
+    }
+}
+
+/// The lanes that the edge functions leave, if any, and what they have computed.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+pub(super) unsafe fn edges4<I: Isa>(lanes: &RayLanes<I>, block: &Tri4) -> Option<(u32, Edges)> {
     let [kx, ky, kz] = lanes.axis;
-    // SAFETY: the caller's promise; axes are below 3 (by the constructor of `PreparedRay`, masked in `RayLanes::new`).
+    // SAFETY: the caller's promise; axes are below 3 (checked by the constructors of `RayLanes`).
     unsafe {
         let sheared = |corner: usize| {
             let p = &block.corners[corner];
@@ -79,7 +113,7 @@ pub(super) unsafe fn intersect4<I: Isa, const ANY: bool>(
         let most = u.max(v).max(w);
         let candidates = !(least.lt(zero) & zero.lt(most)) & 0xf;
         if candidates == 0 {
-            return false;
+            return None;
         }
         let mut edges = Edges { weights: [[0.0; BLOCK]; 3], depth: [[0.0; BLOCK]; 3] };
         for (to, from) in edges.weights.iter_mut().zip([u, v, w]) {
@@ -88,13 +122,13 @@ pub(super) unsafe fn intersect4<I: Isa, const ANY: bool>(
         for (to, from) in edges.depth.iter_mut().zip([a[2], b[2], c[2]]) {
             from.store(to);
         }
-        resolve::<ANY>(ray, block, candidates, &edges, object, instance, best)
+        Some((candidates, edges))
     }
 }
 
 /// The scalar rest. Out of line, so that the traversal loop around it keeps its registers.
 #[inline(never)]
-fn resolve<const ANY: bool>(
+pub(super) fn resolve<const ANY: bool>(
     ray: &PreparedRay,
     block: &Tri4,
     mut candidates: u32,

@@ -1,0 +1,78 @@
+//! Many rays as packets.
+//!
+//! Rays are taken in runs of [`RUN`], sorted by the signs of their directions, in their own order within each octant, and cut into packets of up to
+//! 64. Rays of a tile of camera rays all have the same signs but for a few tiles, and stay together; of diffuse bounces an eighth
+//! of the run has, so that a packet holds neighbours that at least begin alike.
+
+use super::packet::RAYS;
+use super::packet_scene::{Scratch, traverse};
+use super::tracer::is_usual;
+use super::{Hit, Kernels, Ray};
+use crate::accel::TwoLevel;
+use crate::simd::Isa;
+
+/// Rays that are sorted together.
+const RUN: usize = 1024;
+/// The octant of a ray that is left out.
+const UNUSUAL: u8 = 8;
+
+/// Calls `answer(i, hit)` for every ray of usual length (see `Tracer`); with `ANY`, `hit` only tells whether something was hit.
+///
+/// # Safety
+/// - The processor has the instruction set `I`, and `kernels` are its own.
+#[inline(always)]
+pub(super) unsafe fn trace_many<I: Isa, const ANY: bool>(
+    world: &TwoLevel,
+    kernels: &Kernels,
+    rays: &[Ray],
+    mut answer: impl FnMut(usize, Option<Hit>),
+) {
+    let mut scratch = Scratch::new();
+    let mut octants = [0u8; RUN];
+    let mut order = [0u16; RUN];
+    for (run, rays) in rays.chunks(RUN).enumerate() {
+        // A counting sort.
+        let mut counts = [0usize; 9];
+        for (to, ray) in octants.iter_mut().zip(rays) {
+            *to = octant(ray);
+            counts[usize::from(*to)] += 1;
+        }
+        let mut next = [0usize; 9];
+        for octant in 1..9 {
+            next[octant] = next[octant - 1] + counts[octant - 1];
+        }
+        for (i, &octant) in (0..).zip(&octants[..rays.len()]) {
+            let at = &mut next[usize::from(octant)];
+            order[*at] = i;
+            *at += 1;
+        }
+        let mut start = 0;
+        for &end in &next[..usize::from(UNUSUAL)] {
+            for which in order[start..end].chunks(RAYS) {
+                // SAFETY: the caller's promise.
+                unsafe {
+                    scratch.world.gather::<I>(&mut scratch.found, rays, which);
+                    traverse::<I, ANY>(world, kernels, &mut scratch);
+                }
+                let found = &scratch.found;
+                for (slot, &i) in which.iter().enumerate() {
+                    let hit = found.hits[slot];
+                    let is_hit =
+                        if ANY { (scratch.world.usable & !found.open) >> slot & 1 == 1 } else { !hit.is_none() };
+                    answer(RUN * run + usize::from(i), is_hit.then_some(hit));
+                }
+            }
+            start = end;
+        }
+    }
+}
+
+/// 0 to 7 by the signs of the direction.
+#[inline(always)]
+fn octant(ray: &Ray) -> u8 {
+    if !is_usual(ray) {
+        return UNUSUAL;
+    }
+    let bit = |d: f32| (d.to_bits() >> 31) as u8;
+    bit(ray.dir.x) | bit(ray.dir.y) << 1 | bit(ray.dir.z) << 2
+}

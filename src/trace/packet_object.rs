@@ -1,0 +1,75 @@
+//! A packet of rays through the 8-wide tree of one object.
+
+use super::Hit;
+use super::packet::{Found, GROUPS, LANES, Packet};
+use super::packet_boxes::Slabs;
+use super::packet_triangles::intersect_leaf;
+use super::traverse_bvh::traverse_below;
+use super::traverse_packet::{Leaves, traverse_packet};
+use crate::accel::{Bvh, ChildRef};
+use crate::simd::Isa;
+
+/// The triangles of one object, as seen by a packet in its space.
+struct Triangles<'a, const ANY: bool> {
+    bvh: &'a Bvh,
+    packet: &'a Packet,
+    object: u32,
+    instance: u32,
+}
+
+/// Looks for hits of the rays of `packet` that are in `mask`, by the contract of [`super::Kernels::intersect`], or with `ANY` of
+/// [`super::Kernels::occluded`]; rays that are hit then leave `found.open`.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+pub(super) unsafe fn traverse_object<I: Isa, const ANY: bool>(
+    bvh: &Bvh,
+    packet: &Packet,
+    mask: u64,
+    object: u32,
+    instance: u32,
+    found: &mut Found,
+) {
+    if bvh.is_empty() {
+        return;
+    }
+    let slabs = Slabs { near_org: &packet.org, far_org: &packet.org, inv_dir: &packet.inv_dir, tmin: &packet.tmin };
+    let mut triangles = Triangles::<ANY> { bvh, packet, object, instance };
+    // SAFETY: the caller's promise; a `Bvh` that is not empty is a tree (its invariants, checked on construction).
+    unsafe { traverse_packet::<I, _>(bvh.nodes(), &slabs, &packet.negative, mask, &mut triangles, found) }
+}
+
+impl<I: Isa, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
+    const FEW: u32 = 2;
+
+    #[inline(always)]
+    unsafe fn test(&mut self, leaf: ChildRef, mask: u64, down: [bool; 3], found: &mut Found) -> bool {
+        let Self { bvh, packet, object, instance } = *self;
+        // SAFETY: the caller's promise; the leaf is a run of the tree's own blocks.
+        unsafe {
+            let run = bvh.blocks().get_unchecked(leaf.blocks());
+            intersect_leaf::<I, ANY>(packet, mask, down, run, object, instance, found) && !ANY
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn alone(&mut self, child: ChildRef, r: usize, found: &mut Found) {
+        let Self { bvh, packet, object, instance } = *self;
+        let t = &mut found.t[r / LANES % GROUPS][r % LANES];
+        let ray = packet.ray(r, *t);
+        // SAFETY: the caller's promise.
+        unsafe {
+            if ANY {
+                if traverse_below::<I, true>(bvh, child, &ray, object, instance, &mut Hit::none(*t)) {
+                    found.open &= !(1 << r);
+                }
+            } else {
+                let best = &mut found.hits[r];
+                if traverse_below::<I, false>(bvh, child, &ray, object, instance, best) {
+                    *t = best.t;
+                }
+            }
+        }
+    }
+}

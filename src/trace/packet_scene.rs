@@ -1,0 +1,218 @@
+//! A packet of rays through the scene: the outliers, the top level, and from its leaves into objects.
+//!
+//! By the rules of [`super::traverse_scene`]. The boxes of the top-level tree are tested as those of objects are, with origins moved by
+//! the origin error. An instance gets the rays that enter its box: they are transformed together, clipped against the
+//! object's own box, split where the signs of their directions differ now, and go on as a packet.
+//! With the BSP as top level each ray goes alone: its cells cut a packet into pieces, each with an interval per ray.
+
+use super::packet::{Found, GROUPS, LANES, Packet, Rows, bits, groups};
+use super::packet_boxes::{Slabs, enters_box};
+use super::packet_object::traverse_object;
+use super::traverse_packet::{Leaves, traverse_packet};
+use super::{Hit, Kernels, traverse_bsp, traverse_scene};
+use crate::accel::{Bsp, ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh, TwoLevel};
+use crate::simd::{Isa, Vector};
+
+/// Memory of one packet on its way through the scene.
+pub(super) struct Scratch {
+    pub world: Packet,
+    local: Packet,
+    /// Origins of `world` moved along and against the directions, see `traverse_scene`.
+    near_org: [Rows; 3],
+    far_org: [Rows; 3],
+    pub found: Found,
+}
+
+impl Scratch {
+    pub(super) fn new() -> Self {
+        let rows = [[0.0; LANES]; GROUPS];
+        Self {
+            world: Packet::new(),
+            local: Packet::new(),
+            near_org: [rows; 3],
+            far_org: [rows; 3],
+            found: Found::new(),
+        }
+    }
+}
+
+/// Looks for hits of the rays in `scratch.world` and leaves them in `scratch.found`: the closest ones, or with `ANY` the rays that hit
+/// nothing as `open`.
+///
+/// # Safety
+/// - The processor has the instruction set `I`, and `kernels` are its own.
+#[inline(always)]
+pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(world: &TwoLevel, kernels: &Kernels, scratch: &mut Scratch) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        match world.top_level() {
+            TopLevel::Bvh(tree) => through_tree::<I, ANY>(world, tree, scratch),
+            TopLevel::Bsp(_) => alone::<ANY>(world, kernels, scratch),
+        }
+    }
+}
+
+/// Every ray by itself.
+fn alone<const ANY: bool>(world: &TwoLevel, kernels: &Kernels, scratch: &mut Scratch) {
+    let Scratch { world: rays, found, .. } = scratch;
+    for r in bits(rays.usable) {
+        let best = &mut found.hits[r];
+        let hit = traverse_scene::traverse::<ANY>(world, kernels, &rays.ray(r, best.t), best);
+        if ANY && hit {
+            found.open &= !(1 << r);
+        }
+    }
+}
+
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+unsafe fn through_tree<I: Isa, const ANY: bool>(world: &TwoLevel, tree: &TopLevelBvh, scratch: &mut Scratch) {
+    let Scratch { world: rays, local, near_org, far_org, found } = scratch;
+    let mut instances = Instances::<ANY> { world, refs: tree.refs(), rays, local };
+    // SAFETY: the caller's promise; a `TopLevelBvh` that is not empty is a tree (by its construction).
+    unsafe {
+        for &index in world.outliers() {
+            instances.visit::<I>(&world.instances()[index as usize], found.open, found);
+        }
+        if tree.is_empty() || found.open == 0 {
+            return;
+        }
+        move_origins::<I>(world, instances.rays, near_org, far_org);
+        let slabs = Slabs { near_org, far_org, inv_dir: &instances.rays.inv_dir, tmin: &instances.rays.tmin };
+        let (negative, mask) = (instances.rays.negative, found.open);
+        traverse_packet::<I, _>(tree.nodes(), &slabs, &negative, mask, &mut instances, found);
+    }
+}
+
+/// What `traverse_scene` does to the origin of one ray.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+unsafe fn move_origins<I: Isa>(world: &TwoLevel, rays: &Packet, near_org: &mut [Rows; 3], far_org: &mut [Rows; 3]) {
+    let error = world.origin_error().to_cols_array_2d();
+    // SAFETY: the caller's promise.
+    unsafe {
+        let zero = I::F8::splat(0.0);
+        for g in groups(rays.usable) {
+            let x = I::F8::load(&rays.org[0][g]).abs();
+            let y = I::F8::load(&rays.org[1][g]).abs();
+            let z = I::F8::load(&rays.org[2][g]).abs();
+            for k in 0..3 {
+                let [ex, ey, ez] = [I::F8::splat(error[0][k]), I::F8::splat(error[1][k]), I::F8::splat(error[2][k])];
+                let error = ex.mul(x).add(ey.mul(y)).add(ez.mul(z));
+                let forward = zero.select_le(I::F8::load(&rays.inv_dir[k][g]), error, zero.sub(error));
+                let org = I::F8::load(&rays.org[k][g]);
+                org.add(forward).store(&mut near_org[k][g]);
+                org.sub(forward).store(&mut far_org[k][g]);
+            }
+        }
+    }
+}
+
+/// The instances of the top-level tree, as seen by a packet in the world.
+struct Instances<'a, const ANY: bool> {
+    world: &'a TwoLevel,
+    refs: &'a [u32],
+    rays: &'a Packet,
+    /// Memory for the packet in an object's space.
+    local: &'a mut Packet,
+}
+
+impl<const ANY: bool> Instances<'_, ANY> {
+    /// The rays of `mask` in one instance.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn visit<I: Isa>(&mut self, record: &InstanceRecord, mask: u64, found: &mut Found) {
+        let Self { world, rays, ref mut local, .. } = *self;
+        // SAFETY: the caller's promise.
+        unsafe {
+            let (packet, mask) = match &record.space {
+                Space::Object { object_from_world } => {
+                    local.transform::<I>(object_from_world, rays, mask);
+                    (&**local, local.usable)
+                }
+                Space::World => (rays, mask),
+                Space::Merged => {
+                    if let Some(merged) = world.merged() {
+                        through_merged::<I, ANY>(merged, rays, mask, found);
+                    }
+                    return;
+                }
+            };
+            let accel = &world.objects()[record.slot as usize];
+            let mask = enters_box::<I>(packet, found, mask, &accel.bounds());
+            match accel.structure() {
+                Structure::Bvh(bvh) => {
+                    traverse_object::<I, ANY>(bvh, packet, mask, record.object, record.instance, found);
+                }
+                Structure::Bsp(bsp) => through_bsp::<ANY>(bsp, packet, mask, record, found),
+                Structure::None => {}
+            }
+        }
+    }
+}
+
+/// The rays of `mask` in the tree of merged static instances.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+unsafe fn through_merged<I: Isa, const ANY: bool>(merged: &Merged, rays: &Packet, mask: u64, found: &mut Found) {
+    // Numbers mean nothing yet in this tree, so hits as far away as the best one count.
+    let before = found.hits;
+    if !ANY {
+        for r in bits(mask) {
+            found.hits[r] = Hit::none(before[r].t);
+        }
+    }
+    // SAFETY: the caller's promise.
+    unsafe { traverse_object::<I, ANY>(merged.bvh(), rays, mask, 0, u32::MAX, found) };
+    if !ANY {
+        for r in bits(mask) {
+            let own = found.hits[r];
+            found.hits[r] = before[r];
+            if !own.is_none() {
+                own.located(merged).replaces(&mut found.hits[r]);
+            }
+        }
+    }
+}
+
+/// Every ray of `mask` by itself.
+fn through_bsp<const ANY: bool>(bsp: &Bsp, local: &Packet, mask: u64, record: &InstanceRecord, found: &mut Found) {
+    for r in bits(mask) {
+        let t = &mut found.t[r / LANES][r % LANES];
+        let ray = local.ray(r, *t);
+        if ANY {
+            found.open &= !(u64::from(traverse_bsp::occluded(bsp, &ray)) << r);
+        } else {
+            let best: &mut Hit = &mut found.hits[r];
+            traverse_bsp::intersect(bsp, &ray, record.object, record.instance, best);
+            *t = best.t;
+        }
+    }
+}
+
+impl<I: Isa, const ANY: bool> Leaves<I> for Instances<'_, ANY> {
+    /// To visit an instance costs more than what a kernel for one ray would save on the way to it.
+    const FEW: u32 = 0;
+
+    #[inline(always)]
+    unsafe fn test(&mut self, leaf: ChildRef, mask: u64, _down: [bool; 3], found: &mut Found) -> bool {
+        for &index in &self.refs[leaf.blocks()] {
+            let mask = mask & found.open;
+            // SAFETY: the caller's promise.
+            unsafe { self.visit::<I>(&self.world.instances()[index as usize], mask, found) };
+        }
+        !ANY
+    }
+
+    #[inline(always)]
+    unsafe fn alone(&mut self, _child: ChildRef, _r: usize, _found: &mut Found) {
+        unreachable!("no ray is too few");
+    }
+}

@@ -1,0 +1,237 @@
+//! Leaves of a tree against packets of rays.
+//!
+//! Two ways, which give the same bits, chosen by how densely the rays fill their vectors:
+//!
+//! * *dense*: 8 rays against one triangle. All of the test is done in lanes, up to the clamped distance; only hits that come before a ray's best
+//!   one are written ray by ray.
+//! * *sparse*: one ray against the four triangles of a block, as in [`super::triangle4`].
+//!
+//! The dense test permutes the axes of all 8 rays alike, so it is run for each axis on which some of them are longest.
+
+use super::packet::{Found, LANES, Packet, bits, groups, groups_of, splat3};
+use super::triangle4::{RayLanes, edges4, resolve};
+use super::{Hit, SLAB_PAD, triangle};
+use crate::accel::{BLOCK, Tri4, triangle_bounds};
+use crate::simd::{Isa, Vector};
+
+/// Rays per group from which the dense way is the cheaper one.
+const DENSE: u32 = 3;
+
+/// Tests the rays in `mask`, whose directions are below 0 on the axes of `down`, against the blocks of a leaf. With `ANY`, rays that hit something leave `found.open`;
+/// else their best hits are replaced. Returns whether any did.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+pub(super) unsafe fn intersect_leaf<I: Isa, const ANY: bool>(
+    packet: &Packet,
+    mask: u64,
+    down: [bool; 3],
+    blocks: &[Tri4],
+    object: u32,
+    instance: u32,
+    found: &mut Found,
+) -> bool {
+    let mut any = false;
+    let dense = mask.count_ones() >= DENSE * groups_of(mask).count_ones();
+    for block in blocks {
+        let mask = if ANY { mask & found.open } else { mask };
+        if dense {
+            for axis in 0..3 {
+                let these = mask & packet.dominant[axis];
+                if these != 0 {
+                    // SAFETY: the caller's promise.
+                    any |= unsafe { dense_block::<I, ANY>(packet, these, axis, down, block, object, instance, found) };
+                }
+            }
+        } else {
+            // SAFETY: the caller's promise.
+            any |= unsafe { sparse_block::<I, ANY>(packet, mask, block, object, instance, found) };
+        }
+    }
+    any
+}
+
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+unsafe fn sparse_block<I: Isa, const ANY: bool>(
+    packet: &Packet,
+    mask: u64,
+    block: &Tri4,
+    object: u32,
+    instance: u32,
+    found: &mut Found,
+) -> bool {
+    let mut any = false;
+    for r in bits(mask) {
+        // SAFETY: the caller's promise.
+        let hit = unsafe {
+            let lanes = RayLanes::<I>::of_packet(packet, r);
+            edges4::<I>(&lanes, block)
+        };
+        let Some((candidates, edges)) = hit else { continue };
+        let (g, l) = (r / LANES, r % LANES);
+        if ANY {
+            let ray = packet.ray(r, found.t[g][l]);
+            if resolve::<true>(&ray, block, candidates, &edges, object, instance, &mut Hit::none(ray.tmax)) {
+                found.open &= !(1 << r);
+                any = true;
+            }
+        } else {
+            let best = &mut found.hits[r];
+            let ray = packet.ray(r, best.t);
+            if resolve::<false>(&ray, block, candidates, &edges, object, instance, best) {
+                found.t[g][l] = best.t;
+                any = true;
+            }
+        }
+    }
+    any
+}
+
+/// 8 rays that are longest on `axis` against one triangle after the other.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)] // one call, inlined
+unsafe fn dense_block<I: Isa, const ANY: bool>(
+    packet: &Packet,
+    mask: u64,
+    axis: usize,
+    down: [bool; 3],
+    block: &Tri4,
+    object: u32,
+    instance: u32,
+    found: &mut Found,
+) -> bool {
+    let (kz, kx, ky) = (axis % 3, (axis + 1) % 3, (axis + 2) % 3);
+    let mut any = false;
+    for lane in 0..BLOCK {
+        // A block that is not full repeats its last triangle.
+        if lane > 0 && block.prims[lane] == block.prims[lane - 1] {
+            break;
+        }
+        // SAFETY: the caller's promise.
+        unsafe {
+            let mut corners = [[I::F8::splat(0.0); 3]; 3];
+            for (to, from) in corners.iter_mut().zip(&block.corners) {
+                *to = splat3::<I>([from[kx][lane], from[ky][lane], from[kz][lane]]);
+            }
+            for g in groups(mask) {
+                let here = (mask >> (LANES * g)) as u32 & 0xff;
+                let ox = I::F8::load(&packet.org[kx][g]);
+                let oy = I::F8::load(&packet.org[ky][g]);
+                let oz = I::F8::load(&packet.org[kz][g]);
+                let (sx, sy) = (I::F8::load(&packet.shear[0][g]), I::F8::load(&packet.shear[1][g]));
+                let mut sheared = corners;
+                for p in &mut sheared {
+                    let z = p[2].sub(oz);
+                    *p = [p[0].sub(ox).sub(sx.mul(z)), p[1].sub(oy).sub(sy.mul(z)), z];
+                }
+                let [a, b, c] = sheared;
+                let u = c[0].mul(b[1]).sub(c[1].mul(b[0]));
+                let v = a[0].mul(c[1]).sub(a[1].mul(c[0]));
+                let w = b[0].mul(a[1]).sub(b[1].mul(a[0]));
+                let zero = I::F8::splat(0.0);
+                let out = u.min(v).min(w).lt(zero) & zero.lt(u.max(v).max(w));
+                let candidates = here & !out;
+                if candidates == 0 {
+                    continue;
+                }
+                // As in `triangle::all_exact`, NaN fails.
+                let (au, av, aw) = (u.abs(), v.abs(), w.abs());
+                let infinity = I::F8::splat(f32::INFINITY);
+                let exact =
+                    zero.lt(au) & zero.lt(av) & zero.lt(aw) & au.lt(infinity) & av.lt(infinity) & aw.lt(infinity);
+                if candidates & !exact != 0 {
+                    any |= inexact::<ANY>(packet, candidates & !exact, g, block, lane, object, instance, found);
+                }
+                let candidates = candidates & exact;
+                if candidates == 0 {
+                    continue;
+                }
+                // `triangle::weigh`.
+                let inv_det = I::F8::splat(1.0).div(u.add(v).add(w));
+                let scale = I::F8::load(&packet.shear[2][g]);
+                let (az, bz, cz) = (scale.mul(a[2]), scale.mul(b[2]), scale.mul(c[2]));
+                let t = u.mul(az).add(v.mul(bz)).add(w.mul(cz)).mul(inv_det);
+                // `triangle::accept`.
+                let bounds = triangle_bounds(block.corners(lane));
+                let mut enter = I::F8::splat(f32::NEG_INFINITY);
+                let mut exit = infinity;
+                for (k, down) in down.into_iter().enumerate() {
+                    let org = I::F8::load(&packet.org[k][g]);
+                    let inv = I::F8::load(&packet.inv_dir[k][g]);
+                    let (near, far) = if down { (bounds.hi[k], bounds.lo[k]) } else { (bounds.lo[k], bounds.hi[k]) };
+                    enter = I::F8::splat(near).sub(org).mul(inv).max(enter);
+                    exit = I::F8::splat(far).sub(org).mul(inv).min(exit);
+                }
+                let exit = exit.mul(I::F8::splat(SLAB_PAD));
+                let meets = enter.le(exit) & t.le(t);
+                let t = exit.min(enter.max(t));
+                let limit = I::F8::load(&found.t[g]);
+                let tmin = I::F8::load(&packet.tmin[g]);
+                let hits = candidates & meets & tmin.le(t) & t.le(limit);
+                if hits == 0 || bounds.is_empty() {
+                    continue;
+                }
+                if ANY {
+                    found.open &= !(u64::from(hits) << (LANES * g));
+                    any = true;
+                    continue;
+                }
+                let mut out = [[0.0; LANES]; 3];
+                t.store(&mut out[0]);
+                v.mul(inv_det).store(&mut out[1]);
+                w.mul(inv_det).store(&mut out[2]);
+                for l in bits(u64::from(hits)).map(|l| l % LANES) {
+                    let hit =
+                        Hit { t: out[0][l], u: out[1][l], v: out[2][l], prim: block.prims[lane], object, instance };
+                    let best = &mut found.hits[LANES * g + l];
+                    if hit.is_before(best) {
+                        *best = hit;
+                        found.t[g][l] = hit.t;
+                        any = true;
+                    }
+                }
+            }
+        }
+    }
+    any
+}
+
+/// Rays through an edge or a vertex, and overflows: the scalar test.
+#[cold]
+#[inline(never)]
+#[allow(clippy::too_many_arguments)] // one call, from the lanes' loop
+fn inexact<const ANY: bool>(
+    packet: &Packet,
+    candidates: u32,
+    g: usize,
+    block: &Tri4,
+    lane: usize,
+    object: u32,
+    instance: u32,
+    found: &mut Found,
+) -> bool {
+    let mut any = false;
+    for l in bits(u64::from(candidates)).map(|l| l % LANES) {
+        let r = LANES * g + l;
+        let ray = packet.ray(r, found.t[g][l]);
+        let Some(h) = triangle::intersect(&ray, block.corners(lane)) else { continue };
+        if ANY {
+            found.open &= !(1 << r);
+            any = true;
+            continue;
+        }
+        let hit = Hit { t: h.t, u: h.u, v: h.v, prim: block.prims[lane], object, instance };
+        if hit.is_before(&found.hits[r]) {
+            found.hits[r] = hit;
+            found.t[g][l] = hit.t;
+            any = true;
+        }
+    }
+    any
+}

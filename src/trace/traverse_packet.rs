@@ -1,0 +1,167 @@
+//! A packet of up to 64 rays through one 8-wide tree.
+//!
+//! ```text
+//! loop: pop a child and the rays that enter it; drop those that have found something nearer
+//!       node, rays dense  → one interval test of all children for the whole packet; then 8 rays at a time against each child left
+//!       node, rays sparse → ray by ray against all children
+//!       leaf              → triangles (packet_triangles)
+//!       one ray left      → the single-ray kernel, below this child
+//! ```
+//!
+//! Sharing of node fetches between rays and the bounds test of the whole packet are those of Wald et al. (*Ray Tracing Deformable Scenes using Dynamic
+//! BVHs*, 2007) and Reshetov et al. (*Multi-Level Ray Tracing*, 2005), with interval arithmetic for origins and reciprocal directions
+//! (Boulos et al. 2006); going ray by ray over a shared node is the stream traversal of Wald et al. (2007) and
+//! Barringer and Akenine-Möller (2014). Rays of different direction signs go one after the other.
+
+use super::packet::{Found, bits, groups_of};
+use super::packet_boxes::{Bounds, Slabs, entering, greatest, ray_by_ray, still_before};
+use crate::accel::{ChildRef, MAX_DEPTH, Node8, WIDTH};
+use crate::simd::{Isa, Vector};
+use std::mem::MaybeUninit;
+
+/// A node leaves at most all children but one on the stack, and they are of one path.
+const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
+/// From this many rays per group, vectors of rays beat vectors of children.
+const DENSE: u32 = 2;
+
+/// A child to come back to, with the rays that enter it, none of them before `enter`.
+#[derive(Clone, Copy)]
+struct Pending {
+    rays: u64,
+    enter: f32,
+    child: ChildRef,
+}
+
+/// What hangs below the leaves of a tree.
+pub(super) trait Leaves<I: Isa> {
+    /// Rays up to this many are given to [`Leaves::alone`].
+    const FEW: u32;
+
+    /// Tests the rays of `mask`, of one octant, against a leaf. Returns whether a best hit was replaced.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`; `leaf` is of the tree.
+    unsafe fn test(&mut self, leaf: ChildRef, mask: u64, down: [bool; 3], found: &mut Found) -> bool;
+
+    /// One ray from `child` down.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`; `child` is of the tree.
+    unsafe fn alone(&mut self, child: ChildRef, r: usize, found: &mut Found);
+}
+
+/// Takes the rays in `mask` through the tree of `nodes`, octant by octant.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+/// - `nodes` are a tree: not empty, children are nodes of higher number or leaves, no path has more than `MAX_DEPTH` nodes.
+#[inline(always)]
+pub(super) unsafe fn traverse_packet<I: Isa, L: Leaves<I>>(
+    nodes: &[Node8],
+    slabs: &Slabs,
+    negative: &[u64; 3],
+    mask: u64,
+    leaves: &mut L,
+    found: &mut Found,
+) {
+    let mut rest = mask;
+    while rest != 0 {
+        let first = rest.trailing_zeros();
+        let (mut same, mut down) = (rest, [false; 3]);
+        for k in 0..3 {
+            down[k] = negative[k] >> first & 1 == 1;
+            same &= if down[k] { negative[k] } else { !negative[k] };
+        }
+        rest &= !same;
+        // SAFETY: the caller's promise.
+        unsafe {
+            if same.count_ones() <= L::FEW {
+                for r in bits(same) {
+                    leaves.alone(ChildRef::node(0), r, found);
+                }
+            } else {
+                octant::<I, L>(nodes, slabs, same, down, leaves, found);
+            }
+        }
+    }
+}
+
+/// The rays in `mask`, whose directions have the signs of `down`.
+///
+/// # Safety
+/// - As [`traverse_packet`].
+#[inline(always)]
+unsafe fn octant<I: Isa, L: Leaves<I>>(
+    nodes: &[Node8],
+    slabs: &Slabs,
+    mask: u64,
+    down: [bool; 3],
+    leaves: &mut L,
+    found: &mut Found,
+) {
+    let mut stack = [const { MaybeUninit::<Pending>::uninit() }; STACK];
+    stack[0].write(Pending { rays: mask, enter: 0.0, child: ChildRef::node(0) });
+    let mut depth = 1usize;
+    // SAFETY: the caller's promise, for all vector operations and for the references; every visited node replaces
+    // one reference by at most WIDTH, so the stack holds at most STACK, and entries below `depth` have been written.
+    unsafe {
+        let bounds = Bounds::<I>::new(slabs, mask, down);
+        let mut farthest = I::F8::splat(greatest::<I>(found, mask));
+        while depth > 0 {
+            depth -= 1;
+            let Pending { rays, enter, child } = stack.get_unchecked(depth).assume_init();
+            let rays = still_before::<I>(found, rays & found.open, enter);
+            if rays == 0 {
+                continue;
+            }
+            if L::FEW > 0 && rays & (rays - 1) == 0 {
+                leaves.alone(child, rays.trailing_zeros() as usize, found);
+                continue;
+            }
+            if child.is_leaf() {
+                if leaves.test(child, rays, down, found) {
+                    farthest = I::F8::splat(greatest::<I>(found, mask));
+                }
+                continue;
+            }
+            let node = nodes.get_unchecked(child.index());
+            let base = depth;
+            if rays.count_ones() >= DENSE * groups_of(rays).count_ones() {
+                let (candidates, distance) = bounds.test(node, farthest);
+                for lane in bits(u64::from(candidates)).map(|lane| lane % WIDTH) {
+                    let entering = entering::<I>(slabs, found, rays, node, lane, bounds.near);
+                    if entering != 0 {
+                        let next = Pending { rays: entering, enter: distance[lane], child: node.children[lane] };
+                        push(&mut stack, base, &mut depth, next);
+                    }
+                }
+            } else {
+                let (entering, distance) = ray_by_ray::<I>(slabs, found, rays, node, bounds.near);
+                for lane in 0..WIDTH {
+                    if entering[lane] != 0 {
+                        let next = Pending { rays: entering[lane], enter: distance[lane], child: node.children[lane] };
+                        push(&mut stack, base, &mut depth, next);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Puts a child of the current node on the stack, below those of its siblings (from `base`) that are nearer.
+///
+/// # Safety
+/// - Entries below `depth` have been written, and there is room for one more.
+#[inline(always)]
+unsafe fn push(stack: &mut [MaybeUninit<Pending>; STACK], base: usize, depth: &mut usize, next: Pending) {
+    let mut at = *depth;
+    // SAFETY: the caller's promise.
+    unsafe {
+        while at > base && stack.get_unchecked(at - 1).assume_init_ref().enter < next.enter {
+            *stack.get_unchecked_mut(at) = *stack.get_unchecked(at - 1);
+            at -= 1;
+        }
+        stack.get_unchecked_mut(at).write(next);
+    }
+    *depth += 1;
+}
