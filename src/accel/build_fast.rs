@@ -9,11 +9,14 @@
 //! A mesh of more than 2^20 triangles has several in a finest cell only where it is very uneven; cells with more
 //! triangles than a leaf takes are halved by count.
 
+use super::Aabb;
 use super::assemble::{Branch, Part, Piece, assemble};
-use super::bvh::{BLOCK, Bvh, OutOfMemory, WIDTH, reserve};
-use super::{Aabb, triangle_bounds};
+use super::block_loader::{EachBox, TakeBox};
+use super::bvh::{BLOCK, Bvh, OutOfMemory, WIDTH};
+use super::memory::filled;
 use crate::scene::Mesh;
-use glam::Vec3;
+use crate::simd::{self, Kernel, Level};
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 /// Bits per axis.
@@ -33,61 +36,120 @@ const FILL: usize = 2 * BLOCK;
 /// Code above, triangle number below.
 type Key = u64;
 
+/// What a build works with, kept for the next one.
+#[derive(Debug, Default)]
+pub(super) struct FastScratch {
+    centers: Vec<Vec3>,
+    keys: Vec<Key>,
+    sorted: Vec<Key>,
+}
+
+impl FastScratch {
+    pub(super) fn memory_bytes(&self) -> usize {
+        self.centers.capacity() * size_of::<Vec3>() + (self.keys.capacity() + self.sorted.capacity()) * size_of::<Key>()
+    }
+}
+
 /// Builds the tree of all usable triangles of `mesh`. To be called inside the pool.
 pub fn build_fast(mesh: &Mesh) -> Result<Bvh, OutOfMemory> {
+    rebuild_fast(mesh, Bvh::default(), &mut FastScratch::default())
+}
+
+/// Likewise, in the memory of a former tree.
+pub(super) fn rebuild_fast(mesh: &Mesh, old: Bvh, scratch: &mut FastScratch) -> Result<Bvh, OutOfMemory> {
     let count = mesh.triangles.len();
-    let mut centers: Vec<Vec3> = reserve(count)?;
-    (0..count as u32)
-        .into_par_iter()
-        .with_min_len(1024)
-        .map(|prim| {
-            let bounds = triangle_bounds(mesh.corners(prim));
-            if bounds.is_empty() { Vec3::NAN } else { bounds.center() }
-        })
-        .collect_into_vec(&mut centers);
+    let level = Level::detect();
+    let mut centers = filled(std::mem::take(&mut scratch.centers), count, Vec3::ZERO)?;
     let around = centers
-        .par_chunks(CHUNK)
-        .map(|chunk| {
-            chunk.iter().fold(Aabb::EMPTY, |mut all, c| {
-                if !c.x.is_nan() {
-                    all.grow(*c);
-                }
-                all
-            })
+        .par_chunks_mut(CHUNK)
+        .enumerate()
+        .map(|(chunk, centers)| {
+            let begin = chunk * CHUNK;
+            let prims = begin..begin + centers.len();
+            let mut to = Collect { centers, next: 0, lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
+            simd::run(level, EachBox { mesh, prims, to: &mut to });
+            Aabb { lo: to.lo.truncate(), hi: to.hi.truncate() }
         })
         .reduce(|| Aabb::EMPTY, Aabb::union);
-    let mut dropped: Vec<u32> = Vec::new();
     if around.is_empty() {
-        dropped.extend(0..count as u32);
-        return Ok(Bvh::from_topology(Vec::new(), Vec::new(), Vec::new(), dropped, count));
+        return Ok(Bvh::of_nothing((0..count as u32).collect(), count));
     }
 
     // One scale for all axes keeps the cells cubes; the curve then follows space, not the box.
     let extent = around.extent().max_element();
     let scale = if extent > 1e-30 { ((1 << BITS) as f32 * 0.9999) / extent } else { 0.0 };
-    let key = |prim: usize| -> Key {
-        let center = centers[prim];
-        let cell = (center - around.lo) * scale;
-        // Saturating casts: rounding cannot leave the range, and NaN becomes 0.
-        let last = (1 << BITS) - 1;
-        let spread = |x: f32| spread3((x as u32).min(last));
-        let code = spread(cell.x) << 2 | spread(cell.y) << 1 | spread(cell.z);
-        u64::from(code) << 32 | prim as u64
-    };
-    let mut keys: Vec<Key> = reserve(count)?;
-    (0..count).into_par_iter().with_min_len(1024).map(key).collect_into_vec(&mut keys);
-    dropped.extend((0..count as u32).filter(|&prim| centers[prim as usize].x.is_nan()));
+    let grid = Grid { origin: around.lo.extend(0.0), scale: Vec4::splat(scale) };
+    let mut keys = filled(std::mem::take(&mut scratch.keys), count, 0)?;
+    keys.par_chunks_mut(CHUNK).zip(centers.par_chunks(CHUNK)).enumerate().for_each(|(chunk, (keys, centers))| {
+        simd::run(level, MakeKeys { grid: &grid, begin: chunk * CHUNK, centers, keys });
+    });
+    let unusable = |&prim: &u32| centers[prim as usize].x.is_nan();
+    let dropped: Vec<u32> = (0..count as u32).into_par_iter().filter(unusable).collect();
     if !dropped.is_empty() {
         keys.retain(|&key| !centers[key as u32 as usize].x.is_nan());
     }
-    drop(centers);
-    let keys = radix_sort(keys)?;
+    let sorted = filled(std::mem::take(&mut scratch.sorted), keys.len(), 0)?;
+    let (keys, other) = radix_sort(keys, sorted);
     let part = build_part(&keys, 0);
-    assemble(part, |i| keys[i] as u32, dropped, mesh)
+    let bvh = assemble(part, |i| keys[i] as u32, dropped, mesh, old);
+    *scratch = FastScratch { centers, keys, sorted: other };
+    bvh
+}
+
+/// Writes the centres of triangles, NaN for unusable ones, and finds the box around them.
+struct Collect<'a> {
+    centers: &'a mut [Vec3],
+    next: usize,
+    lo: Vec4,
+    hi: Vec4,
+}
+
+impl TakeBox for Collect<'_> {
+    #[inline(always)]
+    fn take(&mut self, lo: Vec4, hi: Vec4) {
+        let center = lo * 0.5 + hi * 0.5;
+        self.centers[self.next] = center.truncate();
+        self.next += 1;
+        // A NaN as the first operand gives the second.
+        self.lo = center.min(self.lo);
+        self.hi = center.max(self.hi);
+    }
+}
+
+/// The cells of the finest level.
+struct Grid {
+    origin: Vec4,
+    scale: Vec4,
+}
+
+struct MakeKeys<'a> {
+    grid: &'a Grid,
+    /// The number of the first triangle.
+    begin: usize,
+    centers: &'a [Vec3],
+    keys: &'a mut [Key],
+}
+
+impl Kernel for MakeKeys<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        // Rounds to an integer by way of the mantissa: vectorises, where a saturating cast does not.
+        const MAGIC: f32 = (1 << 23) as f32;
+        const LAST: u32 = (1 << BITS) - 1;
+        for (i, (key, center)) in self.keys.iter_mut().zip(self.centers).enumerate() {
+            let cell = (center.extend(0.0) - self.grid.origin) * self.grid.scale - Vec4::splat(0.499);
+            // A NaN as the first operand gives the second.
+            let cell = cell.max(Vec4::ZERO).min(Vec4::splat(LAST as f32)) + Vec4::splat(MAGIC);
+            let [x, y, z, _] = cell.to_array().map(|c| spread3(c.to_bits() & LAST));
+            *key = u64::from(x << 2 | y << 1 | z) << 32 | (self.begin + i) as u64;
+        }
+    }
 }
 
 /// Puts two zero bits between the ten lowest bits.
-#[inline]
+#[inline(always)]
 fn spread3(x: u32) -> u32 {
     let x = (x | x << 16) & 0x0300_00ff;
     let x = (x | x << 8) & 0x0300_f00f;
@@ -95,19 +157,17 @@ fn spread3(x: u32) -> u32 {
     (x | x << 2) & 0x0924_9249
 }
 
-/// Sorts by code, stably, least significant digit first.
-fn radix_sort(mut keys: Vec<Key>) -> Result<Vec<Key>, OutOfMemory> {
+/// Sorts by code, stably, least significant digit first. Gives back the sorted keys and the other vector, which is as long.
+fn radix_sort(mut keys: Vec<Key>, mut other: Vec<Key>) -> (Vec<Key>, Vec<Key>) {
     if keys.len() < 2 * CHUNK {
         keys.sort_unstable();
-        return Ok(keys);
+        return (keys, other);
     }
-    let mut other: Vec<Key> = reserve(keys.len())?;
-    other.resize(keys.len(), 0);
     for pass in 0..(3 * BITS).div_ceil(DIGIT) {
         radix_pass(&keys, &mut other, 32 + pass * DIGIT);
         std::mem::swap(&mut keys, &mut other);
     }
-    Ok(keys)
+    (keys, other)
 }
 
 /// Scatters `from` to `to` in the order of one digit. Each chunk counts its digits; prefix sums tell it where in `to` its

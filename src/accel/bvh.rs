@@ -6,17 +6,16 @@
 //! bytes per triangle.
 //!
 //! Strategies differ in how they build and update; they all leave a [`Bvh`] for which [`super::validate`] holds, so
-//! traversal does not know them. Bounds and corners come from one place only, [`Bvh::refit`]: builders decide the topology,
-//! the refit pass fills it.
+//! traversal does not know them. Bounds and corners come from one place only, the sweep of [`Bvh::refit`]:
+//! builders decide the topology, the sweep fills it.
 //!
-//! Invariants, checked once by [`Bvh::from_topology`] and relied upon by the unchecked loads of traversal:
+//! Invariants, checked once by [`Bvh::from_parts`] and relied upon by the unchecked loads of traversal:
 //! * the children of node `i` that are nodes have numbers above `i` (so there are no cycles, and a backward sweep is bottom-up);
 //! * every child is a node of the tree, a run of blocks of the tree, or empty, and the empty ones come last;
 //! * no path has more than [`MAX_DEPTH`] nodes, which bounds the traversal stack.
 
 use super::Aabb;
-use super::aabb::{PAD_ABSOLUTE, PAD_EXTENT, PAD_ULP};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use std::ops::Range;
 
 /// Children per node.
@@ -151,6 +150,8 @@ pub struct Tri4 {
 }
 
 impl Tri4 {
+    pub(super) const EMPTY: Tri4 = Tri4 { corners: [[[0.0; BLOCK]; 3]; 3], prims: [0; BLOCK] };
+
     #[inline]
     pub fn corners(&self, lane: usize) -> [Vec3; 3] {
         self.corners.map(|c| Vec3::new(c[0][lane], c[1][lane], c[2][lane]))
@@ -163,30 +164,6 @@ impl Tri4 {
             to[1][lane] = from.y;
             to[2][lane] = from.z;
         }
-    }
-
-    /// The union of [`super::triangle_bounds`] of the four triangles, with the same operations in four lanes.
-    #[inline]
-    pub fn bounds(&self) -> Aabb {
-        let mut lo = [Vec4::ZERO; 3];
-        let mut hi = [Vec4::ZERO; 3];
-        let mut usable = glam::BVec4A::new(true, true, true, true);
-        for axis in 0..3 {
-            let [a, b, c] = self.corners.map(|corner| Vec4::from_array(corner[axis]));
-            let reach = (a.abs() + b.abs()) + c.abs();
-            usable &= reach.cmple(Vec4::splat(3.0 * super::MAX_COORDINATE));
-            lo[axis] = a.min(b).min(c);
-            hi[axis] = a.max(b).max(c);
-        }
-        let extent = (hi[0] - lo[0]).max(hi[1] - lo[1]).max(hi[2] - lo[2]);
-        let mut all = Aabb::EMPTY;
-        for axis in 0..3 {
-            let largest = lo[axis].abs().max(hi[axis].abs());
-            let pad = (extent * PAD_EXTENT + largest * PAD_ULP) + Vec4::splat(PAD_ABSOLUTE);
-            all.lo[axis] = Vec4::select(usable, lo[axis] - pad, Vec4::INFINITY).min_element();
-            all.hi[axis] = Vec4::select(usable, hi[axis] + pad, Vec4::NEG_INFINITY).max_element();
-        }
-        all
     }
 }
 
@@ -213,14 +190,6 @@ impl std::fmt::Display for OutOfMemory {
 
 impl std::error::Error for OutOfMemory {}
 
-/// A vector with room for `len` elements, or the error.
-pub(super) fn reserve<T>(len: usize) -> Result<Vec<T>, OutOfMemory> {
-    let mut vec = Vec::new();
-    vec.try_reserve_exact(len).map_err(|_| OutOfMemory { bytes: len.saturating_mul(size_of::<T>()) })?;
-    crate::simd::prefer_huge_pages(vec.spare_capacity_mut());
-    Ok(vec)
-}
-
 /// An 8-wide tree over the triangles of one mesh. The default is the tree of nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Bvh {
@@ -238,16 +207,17 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// Takes a topology in, whose bounds and corners the caller fills by a refit.
+    /// Puts a tree together.
     ///
     /// # Panics
     /// When an invariant of the module head is violated: traversal would read outside the arrays.
-    pub(super) fn from_topology(
+    pub(super) fn from_parts(
         nodes: Vec<Node8>,
         blocks: Vec<Tri4>,
         subtrees: Vec<Subtree>,
         dropped: Vec<u32>,
         prim_count: usize,
+        bounds: Aabb,
     ) -> Self {
         let mut depth = vec![0u8; nodes.len()];
         if let Some(root) = depth.first_mut() {
@@ -268,7 +238,7 @@ impl Bvh {
                 }
             }
         }
-        Self { nodes, blocks, subtrees, dropped, prim_count, bounds: None, depth: usize::from(deepest) }
+        Self { nodes, blocks, subtrees, dropped, prim_count, bounds: Some(bounds), depth: usize::from(deepest) }
     }
 
     /// The nodes, root first.
@@ -297,6 +267,11 @@ impl Bvh {
 
     pub(super) fn set_bounds(&mut self, bounds: Aabb) {
         self.bounds = Some(bounds);
+    }
+
+    /// The tree of a mesh without usable triangles.
+    pub(super) fn of_nothing(dropped: Vec<u32>, prim_count: usize) -> Self {
+        Self { dropped, prim_count, ..Self::default() }
     }
 
     /// Nodes on the longest path from the root to a leaf.
@@ -354,22 +329,6 @@ mod tests {
     fn a_cycle_is_refused() {
         let mut node = Node8::EMPTY;
         node.children[0] = ChildRef::node(0);
-        Bvh::from_topology(vec![node], Vec::new(), Vec::new(), Vec::new(), 0);
-    }
-
-    #[test]
-    fn a_block_has_the_bounds_of_its_triangles() {
-        let tri = [Vec3::new(1.0, 2.0, -3.0), Vec3::new(1e-40, 5.0, 0.0), Vec3::new(-7.5, 1.0, 1e6)];
-        let mut block = Tri4 { corners: [[[0.0; 4]; 3]; 3], prims: [0; 4] };
-        let mut expected = Aabb::EMPTY;
-        for lane in 0..4 {
-            let mut corners = tri.map(|p| p * [1.0, 0.1, 1e-20, 3.0][lane]);
-            if lane == 1 {
-                corners[1].y = f32::NAN;
-            }
-            block.set_corners(lane, corners);
-            expected = expected.union(crate::accel::triangle_bounds(corners));
-        }
-        assert_eq!(block.bounds(), expected);
+        Bvh::from_parts(vec![node], Vec::new(), Vec::new(), Vec::new(), 0, Aabb::EMPTY);
     }
 }

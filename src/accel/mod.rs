@@ -3,14 +3,19 @@
 
 mod aabb;
 mod assemble;
+mod binning;
+mod block_loader;
 mod bsp;
 mod bsp_build;
 mod build_fast;
 mod build_sah;
 mod bvh;
 mod instance;
+mod memory;
 mod object_accel;
+mod partition;
 mod place;
+mod prim_ref;
 mod refit;
 mod statics;
 mod strategy;

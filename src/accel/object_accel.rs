@@ -9,10 +9,12 @@
 
 use super::bsp::Bsp;
 use super::bsp_build::Quality;
+use super::build_fast::{FastScratch, rebuild_fast};
+use super::build_sah::{SahScratch, rebuild_sah};
 use super::bvh::{Bvh, OutOfMemory};
 use super::instance::to_world;
 use super::strategy::{Method, Moved, WORN};
-use super::{Aabb, Refit, build_fast, build_sah};
+use super::{Aabb, Refit};
 use crate::scene::{Mesh, Name, Object, Strategy};
 use glam::Affine3A;
 use std::borrow::Cow;
@@ -46,6 +48,14 @@ pub struct ObjectAccel {
     /// Updates without a change, and how often the object left the merged tree.
     calm: u32,
     exits: u32,
+    scratch: Scratch,
+}
+
+/// What builders worked with, kept for an object that is built again and again.
+#[derive(Debug, Default)]
+struct Scratch {
+    sah: SahScratch,
+    fast: FastScratch,
 }
 
 /// Which triangles in world space a structure stands for.
@@ -101,11 +111,12 @@ impl ObjectAccel {
 
     /// Bytes held; 0 while nothing is built.
     pub fn memory_bytes(&self) -> usize {
-        match &self.structure {
+        let structure = match &self.structure {
             Structure::None => 0,
             Structure::Bvh(bvh) => bvh.memory_bytes(),
             Structure::Bsp(bsp) => bsp.memory_bytes(),
-        }
+        };
+        structure + self.scratch.sah.memory_bytes() + self.scratch.fast.memory_bytes()
     }
 
     /// Where the structure is, if it is in world space: then rays are not transformed.
@@ -158,6 +169,8 @@ impl ObjectAccel {
         let same_method = self.made_with == Some(method);
         if same_vertices && same_method {
             self.calm = self.calm.saturating_add(1);
+            // At rest, it needs no memory for builds.
+            self.scratch = Scratch::default();
             return Outcome::Unchanged;
         }
         // Said to be static, and moved all the same: the next move must not cost as much again.
@@ -196,7 +209,7 @@ impl ObjectAccel {
             return None;
         }
         if moved == Moved::RefitUntilWorn && bvh.sah_cost() > WORN * self.cost_when_built {
-            *bvh = build_fast(mesh).ok()?;
+            *bvh = rebuild_fast(mesh, std::mem::take(bvh), &mut self.scratch.fast).ok()?;
             self.cost_when_built = bvh.sah_cost();
             return Some(Outcome::Built(bvh.nodes().len()));
         }
@@ -204,7 +217,7 @@ impl ObjectAccel {
     }
 
     fn build(&mut self, object: &Object, mesh: &Mesh, method: Method, hurried: bool) -> Result<Outcome, OutOfMemory> {
-        // The old structure goes first: both together may not fit.
+        // The old structure goes first, or becomes the new one's memory: both together may not fit.
         let old = std::mem::take(&mut self.structure);
         if self.topology_version != object.topology_version || self.made_with.is_none() {
             self.definitions += 1;
@@ -218,8 +231,8 @@ impl ObjectAccel {
                 0
             }
             Method::Bvh { fast, moved } => {
-                drop(old);
-                let bvh = if fast || hurried { build_fast(mesh)? } else { build_sah(mesh)? };
+                let recycled = if let Structure::Bvh(bvh) = old { bvh } else { Bvh::default() };
+                let bvh = self.build_bvh(mesh, fast || hurried, recycled)?;
                 let nodes = bvh.nodes().len();
                 if moved == Moved::RefitUntilWorn {
                     self.cost_when_built = bvh.sah_cost();
@@ -229,6 +242,24 @@ impl ObjectAccel {
             }
         };
         Ok(Outcome::Built(nodes))
+    }
+
+    /// Builds in the memory of a former tree. What a second build needed is kept, a third one will need it again; most objects
+    /// are built once.
+    fn build_bvh(&mut self, mesh: &Mesh, fast: bool, old: Bvh) -> Result<Bvh, OutOfMemory> {
+        let again = self.made_with.is_some();
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let bvh = if fast {
+            scratch.sah = SahScratch::default();
+            rebuild_fast(mesh, old, &mut scratch.fast)?
+        } else {
+            scratch.fast = FastScratch::default();
+            rebuild_sah(mesh, old, &mut scratch.sah)?
+        };
+        if again {
+            self.scratch = scratch;
+        }
+        Ok(bvh)
     }
 }
 

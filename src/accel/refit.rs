@@ -1,15 +1,17 @@
 //! The complete bottom-up refit (Larsson03 §2): new corners and bounds for an unchanged topology.
 //!
 //! Children have higher numbers than their parents, so a backward sweep meets every node after its children. The sweep reads
-//! the mesh in leaf order, writes the blocks, and takes each leaf's box from the block while it is in the cache.
+//! the mesh in leaf order, writes the blocks, and takes each leaf's box from the block while it is in registers.
 //! Subtrees are disjoint ranges of nodes and blocks and are swept in parallel; then the few top nodes. One thread or many,
 //! the result is the same, as boxes are only minima and maxima.
 //!
-//! Builders use the same pass to fill the topology they have decided on.
+//! Builders use the same sweep to write the topology they have decided on ([`super::assemble`]).
 
+use super::block_loader::{BlockBox, Load, Prims, load};
 use super::bvh::{BLOCK, Bvh, Node8, Subtree, Tri4, WIDTH};
 use super::{Aabb, triangle_bounds};
 use crate::scene::Mesh;
+use glam::Mat4;
 use rayon::prelude::*;
 
 /// What a refit could do.
@@ -33,73 +35,104 @@ impl Bvh {
         {
             return Refit::NeedsRebuild;
         }
-        self.fill(mesh);
-        Refit::Done
-    }
-
-    /// The pass itself.
-    pub(super) fn fill(&mut self, mesh: &Mesh) {
-        let Some(first) = self.nodes.first() else {
-            self.set_bounds(Aabb::EMPTY);
-            return;
-        };
-        debug_assert!(!first.children[0].is_empty(), "a root has a child");
+        if self.nodes.is_empty() {
+            return Refit::Done;
+        }
         let top_nodes = self.subtrees.first().map_or(self.nodes.len(), |s| s.nodes.start);
         let top_blocks = self.subtrees.first().map_or(self.blocks.len(), |s| s.blocks.start);
-
+        let (top_nodes, mut nodes) = self.nodes.split_at_mut(top_nodes);
+        let (top_blocks, mut blocks) = self.blocks.split_at_mut(top_blocks);
         let mut parts = Vec::with_capacity(self.subtrees.len());
-        let (mut nodes, mut blocks) = (&mut self.nodes[top_nodes..], &mut self.blocks[top_blocks..]);
         for subtree in &self.subtrees {
-            let (these_nodes, rest) = nodes.split_at_mut(subtree.nodes.len());
+            let (these_nodes, rest_nodes) = nodes.split_at_mut(subtree.nodes.len());
             let (these_blocks, rest_blocks) = blocks.split_at_mut(subtree.blocks.len());
             parts.push((subtree, these_nodes, these_blocks));
-            (nodes, blocks) = (rest, rest_blocks);
+            (nodes, blocks) = (rest_nodes, rest_blocks);
         }
-        parts.into_par_iter().for_each(|(subtree, nodes, blocks)| sweep(subtree, nodes, blocks, None, mesh));
-
-        let whole = Subtree { nodes: 0..top_nodes, blocks: 0..top_blocks };
-        let lower: Vec<(usize, Aabb)> =
-            self.subtrees.iter().map(|s| (s.nodes.start, self.nodes[s.nodes.start].union())).collect();
-        sweep(&whole, &mut self.nodes[..top_nodes], &mut self.blocks[..top_blocks], Some(&lower), mesh);
-        let bounds = self.nodes[0].union();
+        let lower: Vec<(usize, Aabb)> = parts
+            .into_par_iter()
+            .map(|(part, nodes, blocks)| (part.nodes.start, sweep(&Keep, part, nodes, blocks, &[], mesh)))
+            .collect();
+        let whole = Subtree { nodes: 0..top_nodes.len(), blocks: 0..top_blocks.len() };
+        let bounds = match &lower[..] {
+            [(0, bounds)] => *bounds,
+            lower => sweep(&Keep, &whole, top_nodes, top_blocks, lower, mesh),
+        };
         self.set_bounds(bounds);
+        Refit::Done
     }
 }
 
-/// Refits the nodes of one part, last first. Children outside of the part are roots of subtrees, with boxes in `lower`
-/// (sorted by node number).
-fn sweep(part: &Subtree, nodes: &mut [Node8], blocks: &mut [Tri4], lower: Option<&[(usize, Aabb)]>, mesh: &Mesh) {
-    for i in (0..nodes.len()).rev() {
-        let (upper, below) = nodes.split_at_mut(i + 1);
-        let node = &mut upper[i];
-        for lane in 0..WIDTH {
-            let child = node.children[lane];
+/// Where a sweep gets a part's topology from. Indices count from the part's first.
+pub(super) trait Fill: Prims {
+    /// Sets the children of a node.
+    fn node(&self, index: usize, node: &mut Node8);
+}
+
+/// The topology stays.
+struct Keep;
+
+impl Fill for Keep {
+    #[inline(always)]
+    fn node(&self, _: usize, _: &mut Node8) {}
+}
+
+impl Prims for Keep {
+    #[inline(always)]
+    fn prims(&self, blocks: &[Tri4], index: usize) -> [u32; BLOCK] {
+        blocks[index].prims
+    }
+}
+
+/// Writes the blocks of one part, then its nodes, last first, and returns the box of its root. Children outside of the part are
+/// roots of other parts, with boxes in `lower` (sorted by node number).
+pub(super) fn sweep(
+    fill: &impl Fill,
+    part: &Subtree,
+    nodes: &mut [Node8],
+    blocks: &mut [Tri4],
+    lower: &[(usize, Aabb)],
+    mesh: &Mesh,
+) -> Aabb {
+    let mut leaves = Vec::with_capacity(blocks.len());
+    load(Load { mesh, blocks, prims: fill, boxes: &mut leaves });
+    let mut boxes = vec![BlockBox::EMPTY; nodes.len()];
+    for (i, node) in nodes.iter_mut().enumerate().rev() {
+        fill.node(i, node);
+        let mut lanes = [BlockBox::EMPTY; WIDTH];
+        let mut all = BlockBox::EMPTY;
+        for (child, lane) in node.children.iter().zip(&mut lanes) {
             if child.is_empty() {
                 break;
             }
-            let bounds = if child.is_leaf() {
+            *lane = if child.is_leaf() {
                 let run = child.blocks();
-                blocks[run.start - part.blocks.start..run.end - part.blocks.start]
-                    .iter_mut()
-                    .fold(Aabb::EMPTY, |all, block| all.union(fill_block(block, mesh)))
+                let (first, end) = (run.start - part.blocks.start, run.end - part.blocks.start);
+                leaves[first + 1..end].iter().fold(leaves[first], |all, b| all.union(b))
             } else if part.nodes.contains(&child.index()) {
-                below[child.index() - part.nodes.start - i - 1].union()
+                boxes[child.index() - part.nodes.start]
             } else {
-                let lower = lower.expect("only top nodes have children in another part");
                 let at = lower.binary_search_by_key(&child.index(), |(node, _)| *node);
-                lower[at.expect("the child is the root of a subtree")].1
+                let bounds = lower[at.expect("the child is the root of a part")].1;
+                BlockBox { lo: bounds.lo.extend(0.0), hi: bounds.hi.extend(0.0) }
             };
-            node.set_child_bounds(lane, &bounds);
+            all = all.union(lane);
         }
+        boxes[i] = all;
+        set_bounds(node, &lanes);
     }
+    Aabb { lo: boxes[0].lo.truncate(), hi: boxes[0].hi.truncate() }
 }
 
-/// Copies the corners in and returns their box.
-#[inline]
-fn fill_block(block: &mut Tri4, mesh: &Mesh) -> Aabb {
-    for lane in 0..BLOCK {
-        let corners = mesh.corners(block.prims[lane]);
-        block.set_corners(lane, corners);
+/// Writes the boxes of all lanes; unused ones are empty.
+#[inline(always)]
+fn set_bounds(node: &mut Node8, lanes: &[BlockBox; WIDTH]) {
+    for half in 0..2 {
+        let [a, b, c, d] = [lanes[4 * half], lanes[4 * half + 1], lanes[4 * half + 2], lanes[4 * half + 3]];
+        let lo = Mat4::from_cols(a.lo, b.lo, c.lo, d.lo).transpose();
+        let hi = Mat4::from_cols(a.hi, b.hi, c.hi, d.hi).transpose();
+        for (row, values) in [lo.x_axis, hi.x_axis, lo.y_axis, hi.y_axis, lo.z_axis, hi.z_axis].iter().enumerate() {
+            node.bounds[row][4 * half..][..4].copy_from_slice(&values.to_array());
+        }
     }
-    block.bounds()
 }

@@ -1,5 +1,7 @@
 //! Builders and refit on every degenerate mesh, and on ordinary ones.
 
+use super::build_fast::{FastScratch, rebuild_fast};
+use super::build_sah::{SahScratch, rebuild_sah};
 use super::test_meshes::{Random, bumpy_sphere, degenerate, mesh, soup};
 use super::{Aabb, Bvh, OutOfMemory, Refit, build_fast, build_sah, triangle_bounds, validate};
 use crate::scene::Mesh;
@@ -27,7 +29,7 @@ fn every_build_of_degenerate_meshes_is_valid() {
 
 #[test]
 fn large_meshes_are_valid_and_equal_for_any_number_of_threads() {
-    for mesh in [bumpy_sphere(200, 300), soup(&mut Random::new(Random::seed(3)), 50_000, 0.02)] {
+    for mesh in [bumpy_sphere(200, 300), soup(&mut Random::new(Random::seed(3)), 150_000, 0.02)] {
         for (builder, build) in BUILDERS {
             let one = threads(1).install(|| build(&mesh)).expect("memory");
             validate(&one, &mesh).unwrap_or_else(|e| panic!("{builder}: {e}"));
@@ -38,6 +40,34 @@ fn large_meshes_are_valid_and_equal_for_any_number_of_threads() {
                 assert_eq!(prims(&one), prims(&other), "{builder}, {count} threads");
             }
         }
+    }
+}
+
+#[test]
+fn a_rebuild_makes_the_same_tree_in_the_same_memory() {
+    let mut random = Random::new(Random::seed(11));
+    let mesh = soup(&mut random, 40_000, 0.05);
+    let smaller = soup(&mut random, 30_000, 0.05);
+    let fresh = [build_sah(&mesh).expect("memory"), build_fast(&mesh).expect("memory")];
+    let (mut sah, mut fast) = (SahScratch::default(), FastScratch::default());
+    let mut rebuild = |which: usize, mesh: &Mesh, old: Bvh| {
+        let built = if which == 0 { rebuild_sah(mesh, old, &mut sah) } else { rebuild_fast(mesh, old, &mut fast) };
+        let bvh = built.expect("memory");
+        validate(&bvh, mesh).expect("valid");
+        let scratch = sah.memory_bytes() + fast.memory_bytes();
+        let memory = (bvh.nodes.as_ptr(), bvh.nodes.capacity(), bvh.blocks.as_ptr(), bvh.blocks.capacity(), scratch);
+        (bvh, memory)
+    };
+    for (which, fresh) in fresh.iter().enumerate() {
+        let (bvh, memory) = rebuild(which, &mesh, Bvh::default());
+        assert!(memory.4 > 0, "the scratch was not kept");
+        let (bvh, again) = rebuild(which, &smaller, bvh);
+        assert_eq!(memory, again);
+        let (bvh, again) = rebuild(which, &mesh, bvh);
+        assert_eq!(memory, again);
+        assert_eq!(format!("{:?}", bvh.nodes()), format!("{:?}", fresh.nodes()));
+        let prims = |bvh: &Bvh| bvh.blocks().iter().map(|b| b.prims).collect::<Vec<_>>();
+        assert_eq!(prims(&bvh), prims(fresh));
     }
 }
 

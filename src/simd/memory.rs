@@ -1,5 +1,6 @@
 //! What large arrays ask of the memory system.
 
+use glam::Vec3;
 use std::mem::MaybeUninit;
 
 /// Asks for 2 MiB pages behind an array that will be read all over, such as the nodes of a tree: with pages of 4 KiB
@@ -23,4 +24,25 @@ pub fn prefer_huge_pages<T>(fresh: &mut [MaybeUninit<T>]) {
     }
     #[cfg(not(target_os = "linux"))]
     let _ = fresh;
+}
+
+/// The points as one run of coordinates, so that a point can be loaded as four of them.
+#[inline(always)]
+pub fn components(points: &[Vec3]) -> &[f32] {
+    const { assert!(size_of::<Vec3>() == 3 * size_of::<f32>() && align_of::<Vec3>() == align_of::<f32>()) };
+    // SAFETY: a `Vec3` is `repr(C)` of three f32, without padding (see above).
+    unsafe { std::slice::from_raw_parts(points.as_ptr().cast(), 3 * points.len()) }
+}
+
+/// Asks for the cache line of an element that will be read soon. Indices beyond the end ask for nothing.
+#[inline(always)]
+pub fn prefetch<T>(slice: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(element) = slice.get(index) {
+        use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: part of SSE, which x86-64 always has; it reads nothing, and the address is valid anyway.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>((&raw const *element).cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (slice, index);
 }

@@ -10,6 +10,7 @@
 //!
 //! [`prefer_huge_pages`] is here as well: large trees wait for memory more than for arithmetic.
 
+mod dispatch;
 mod level;
 mod memory;
 mod scalar;
@@ -18,8 +19,9 @@ mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use dispatch::{Kernel, run};
 pub use level::Level;
-pub use memory::prefer_huge_pages;
+pub use memory::{components, prefer_huge_pages, prefetch};
 pub use scalar::Scalar;
 pub use vector::{Isa, Vector};
 #[cfg(target_arch = "x86_64")]

@@ -1,0 +1,56 @@
+//! Memory of structures: asked for so that a refusal is an error, and used again from build to build.
+
+use super::OutOfMemory;
+use rayon::prelude::*;
+
+/// A vector with room for `len` elements, or the error.
+pub(super) fn reserve<T>(len: usize) -> Result<Vec<T>, OutOfMemory> {
+    let mut vec = Vec::new();
+    vec.try_reserve_exact(len).map_err(|_| OutOfMemory { bytes: len.saturating_mul(size_of::<T>()) })?;
+    crate::simd::prefer_huge_pages(vec.spare_capacity_mut());
+    Ok(vec)
+}
+
+/// The same vector if it has room for `len` elements and not for more than twice as many; else another one. A vector that
+/// had become too small grows by an eighth more than asked, as it will be asked for about as much again.
+pub(super) fn recycled<T>(old: Vec<T>, len: usize) -> Result<Vec<T>, OutOfMemory> {
+    const SMALL: usize = 1024;
+    let capacity = old.capacity();
+    if (len..=SMALL.max(2 * len)).contains(&capacity) {
+        return Ok(old);
+    }
+    drop(old);
+    reserve(if capacity == 0 || capacity > len { len } else { len + len / 8 })
+}
+
+/// A vector of `len` elements that will all be written to: old ones of `old`, or copies of `value`.
+pub(super) fn filled<T: Copy + Send + Sync>(old: Vec<T>, len: usize, value: T) -> Result<Vec<T>, OutOfMemory> {
+    let mut vec = recycled(old, len)?;
+    if vec.len() >= len {
+        vec.truncate(len);
+    } else {
+        // In parallel, since this is the first touch of fresh memory.
+        (0..len).into_par_iter().with_min_len(4096).map(|_| value).collect_into_vec(&mut vec);
+    }
+    Ok(vec)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_is_used_again_unless_it_is_far_too_large() {
+        let first = filled(Vec::new(), 5000, 7u64).expect("memory");
+        assert_eq!((first.len(), first.capacity()), (5000, 5000));
+        let place = first.as_ptr();
+        let fewer = filled(first, 4000, 0).expect("memory");
+        assert_eq!((fewer.len(), fewer.as_ptr()), (4000, place));
+        let again = filled(fewer, 5000, 3).expect("memory");
+        assert_eq!((again.len(), again.as_ptr()), (5000, place));
+        let more = filled(again, 8000, 0).expect("memory");
+        assert_eq!((more.len(), more.capacity()), (8000, 9000));
+        assert_eq!(filled(more, 2000, 1).expect("memory").capacity(), 2000);
+        assert!(reserve::<u64>(usize::MAX / 16).is_err());
+    }
+}

@@ -1,0 +1,29 @@
+//! Safe code compiled once per instruction set.
+//!
+//! Loops over boxes need no intrinsics: written over arrays of lanes, the compiler makes vectors of them, of the width that it may
+//! assume. So such a loop is a [`Kernel`], and [`run`] has a shell per instruction set that it inlines into. Rust never contracts
+//! `a * b + c` and never reorders sums, so all shells give the same bits.
+
+use super::Level;
+
+/// Work whose `run` is `#[inline(always)]`, as is everything in it that should use wide vectors.
+pub trait Kernel {
+    type Output;
+    fn run(self) -> Self::Output;
+}
+
+/// Runs `kernel`, compiled for `level`, or for what this processor has if that is less.
+#[inline]
+pub fn run<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    #[cfg(target_arch = "x86_64")]
+    if level >= Level::Avx2 && is_x86_feature_detected!("avx2") {
+        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+        fn avx2<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run()
+        }
+        // SAFETY: the processor has AVX2, and the bit instructions with it (see `Level::strongest`).
+        return unsafe { avx2(kernel) };
+    }
+    let _ = level;
+    kernel.run()
+}
