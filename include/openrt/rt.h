@@ -376,6 +376,8 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
  * 2003).
  */
 #define RT_REFIT 0x6014
+/** Top level: 8-wide bounding volume hierarchy over the instances, see rtTopLevel(). */
+#define RT_TOPLEVEL_BVH 0x6015
 /** Data type: RTbyte. */
 #define RT_BYTE 0x1400
 /** Data type: RTubyte. */
@@ -756,6 +758,15 @@ RTAPI void rtSamplesPerPixel(RTint samples);
  * rtBegin() and rtEnd().
  */
 RTAPI void rtMaxDepth(RTint depth);
+
+/**
+ * Sets the structure over the instances, from the next frame on: RT_AUTO, which is the default and takes the one
+ * that was measured to be faster, RT_BSP (Wald, Benthin and Slusallek 2003) or RT_TOPLEVEL_BVH. All give the
+ * same picture.
+ *
+ * Errors: RT_INVALID_ENUM for another structure, RT_INVALID_OPERATION between rtBegin() and rtEnd().
+ */
+RTAPI void rtTopLevel(RTenum structure);
 
 /**
  * Stores the value of a piece of state at params, which must have room for as many numbers as it has:

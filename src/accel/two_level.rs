@@ -76,6 +76,7 @@ impl TopLevel {
 pub struct TwoLevel {
     level: Level,
     forced: Option<Strategy>,
+    asked_top: TopLevelKind,
     forced_top: Option<TopLevelKind>,
     /// Objects by slot; unused slots have name 0.
     objects: Vec<ObjectAccel>,
@@ -98,6 +99,7 @@ impl TwoLevel {
         Self {
             level,
             forced: forced_by_environment(),
+            asked_top: TopLevelKind::Auto,
             forced_top: forced_top_level(),
             objects: Vec::new(),
             slot_of: HashMap::default(),
@@ -116,7 +118,12 @@ impl TwoLevel {
         self.forced = strategy.filter(|s| *s != Strategy::Auto);
     }
 
-    /// Builds the top level as `kind`, as `OPENRT_TOPLEVEL` does; `None` or `Auto` ends that. Counts from the next update on.
+    /// The kind of top level that the application asks for. Counts from the next update on.
+    pub fn choose_top_level(&mut self, kind: TopLevelKind) {
+        self.asked_top = kind;
+    }
+
+    /// Builds the top level as `kind` whatever is asked for, as `OPENRT_TOPLEVEL` does; `None` or `Auto` ends that. Counts from the next update on.
     pub fn force_top_level(&mut self, kind: Option<TopLevelKind>) {
         self.forced_top = kind.filter(|k| *k != TopLevelKind::Auto);
     }
@@ -207,8 +214,11 @@ impl TwoLevel {
     }
 
     fn update_top_level(&mut self, instances: &[Instance], stats: &mut UpdateStats) {
-        let Self { placed, objects, slots, top_level, forced_top, statics, .. } = self;
-        let kind = forced_top.unwrap_or(TopLevelKind::Bvh);
+        let Self { placed, objects, slots, top_level, asked_top, forced_top, statics, .. } = self;
+        let kind = match forced_top.unwrap_or(*asked_top) {
+            TopLevelKind::Bsp => TopLevelKind::Bsp,
+            TopLevelKind::Bvh | TopLevelKind::Auto => TopLevelKind::Bvh,
+        };
         if top_level.kind() != kind {
             *top_level = match kind {
                 TopLevelKind::Bsp => TopLevel::Bsp(TopLevelBsp::default()),
@@ -377,6 +387,23 @@ mod tests {
             let stats = world.update(&scene, &HERE);
             assert_eq!((stats.objects_built, stats.objects_refitted), (built, refitted), "{}", strategy.name());
         }
+    }
+
+    #[test]
+    fn the_top_level_is_the_one_asked_for_and_only_that_is_held() {
+        let scene = scene(bumpy_sphere(3, 4), Motion::Affine);
+        let mut world = TwoLevel::new(Level::Scalar);
+        world.force_top_level(None);
+        let mut kind = |change: &dyn Fn(&mut TwoLevel)| {
+            change(&mut world);
+            world.update(&scene, &HERE);
+            world.top_level().kind()
+        };
+        assert_eq!(kind(&|_| {}), TopLevelKind::Bvh);
+        assert_eq!(kind(&|w| w.choose_top_level(TopLevelKind::Bsp)), TopLevelKind::Bsp);
+        assert_eq!(kind(&|w| w.force_top_level(Some(TopLevelKind::Bvh))), TopLevelKind::Bvh);
+        assert_eq!(kind(&|w| w.force_top_level(Some(TopLevelKind::Auto))), TopLevelKind::Bsp);
+        assert_eq!(kind(&|w| w.choose_top_level(TopLevelKind::Auto)), TopLevelKind::Bvh);
     }
 
     #[test]

@@ -304,6 +304,7 @@ impl Context {
             size: self.target.size().unwrap_or([1, 1]),
             samples: self.settings.samples,
             max_depth: self.settings.max_depth,
+            top_level: self.settings.top_level,
             srgb: self.settings.srgb,
             accumulate: self.settings.accumulate,
             ..FrameDesc::default()

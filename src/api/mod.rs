@@ -51,7 +51,7 @@ pub use crate::frame::{FrameStats, PixelFormat, PixelSink, Target, TargetLayout}
 pub use crate::scene::{
     CameraShader, EnvironmentShader, Filter, LightSample, LightShader, Motion, Name, ParamDef, ParamScope, ParamType,
     ParamValue, PrimaryRay, Program, ShaderClass, ShaderKind, ShadingContext, Strategy, SurfacePoint, SurfaceShader,
-    TextureFormat, Wrap,
+    TextureFormat, TopLevelKind, Wrap,
 };
 pub use crate::trace::{Hit, Ray};
 

@@ -8,6 +8,7 @@ use super::matrix_stack::MAX_DEPTH;
 use super::objects::Mode;
 use super::target::MAX_FRAME_SIZE;
 use super::textures::MAX_TEXTURE_SIZE;
+use crate::scene::TopLevelKind;
 
 /// Most samples per pixel.
 pub const MAX_SAMPLES: u32 = 1 << 16;
@@ -37,12 +38,21 @@ pub(super) struct Settings {
     pub accumulate: bool,
     pub samples: u32,
     pub max_depth: u32,
+    pub top_level: TopLevelKind,
     pub frame_callback: Option<FrameCallback>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { srgb: false, origin_top_left: false, accumulate: false, samples: 1, max_depth: 3, frame_callback: None }
+        Self {
+            srgb: false,
+            origin_top_left: false,
+            accumulate: false,
+            samples: 1,
+            max_depth: 3,
+            top_level: TopLevelKind::Auto,
+            frame_callback: None,
+        }
     }
 }
 
@@ -230,6 +240,16 @@ impl Context {
     pub fn max_depth(&mut self, depth: i32) -> Result<()> {
         self.outside_begin()?;
         self.settings.max_depth = in_range(depth, 0, MAX_RAY_DEPTH)?;
+        Ok(())
+    }
+
+    /// The structure over the instances, in frames and commits that start from now on. None changes the picture.
+    ///
+    /// # Errors
+    /// `InvalidOperation` between begin and end.
+    pub fn top_level(&mut self, kind: TopLevelKind) -> Result<()> {
+        self.outside_begin()?;
+        self.settings.top_level = kind;
         Ok(())
     }
 

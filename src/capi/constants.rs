@@ -81,6 +81,8 @@ pub const RT_FAST_BUILD: RTenum = 0x6013;
 /// Update strategy: built once, then boxes are fitted anew when vertices move (Larsson and Akenine-Moeller
 /// 2003).
 pub const RT_REFIT: RTenum = 0x6014;
+/// Top level: 8-wide bounding volume hierarchy over the instances, see rtTopLevel().
+pub const RT_TOPLEVEL_BVH: RTenum = 0x6015;
 
 /// Data type: RTbyte.
 pub const RT_BYTE: RTenum = 0x1400;

@@ -5,7 +5,7 @@ use super::constants::*;
 use super::guard::{Session, c_text, guard, guard_session};
 use super::pointer::OutArray;
 use super::types::*;
-use crate::api::{Capability, Error, Result, State, StateString};
+use crate::api::{Capability, Error, Result, State, StateString, TopLevelKind};
 use std::ffi::c_char;
 
 fn capability(name: RTenum) -> Result<Capability> {
@@ -72,6 +72,23 @@ pub extern "C" fn rtSamplesPerPixel(samples: RTint) {
 #[unsafe(no_mangle)]
 pub extern "C" fn rtMaxDepth(depth: RTint) {
     guard(|cx| cx.max_depth(depth))
+}
+
+/// Sets the structure over the instances, from the next frame on: RT_AUTO, which is the default and takes the one
+/// that was measured to be faster, RT_BSP (Wald, Benthin and Slusallek 2003) or RT_TOPLEVEL_BVH. All give the
+/// same picture.
+///
+/// Errors: RT_INVALID_ENUM for another structure, RT_INVALID_OPERATION between rtBegin() and rtEnd().
+#[unsafe(no_mangle)]
+pub extern "C" fn rtTopLevel(structure: RTenum) {
+    guard(|cx| {
+        cx.top_level(match structure {
+            RT_AUTO => TopLevelKind::Auto,
+            RT_BSP => TopLevelKind::Bsp,
+            RT_TOPLEVEL_BVH => TopLevelKind::Bvh,
+            _ => return Err(Error::invalid_enum("not a structure over instances")),
+        })
+    })
 }
 
 fn state(pname: RTenum) -> Result<State> {

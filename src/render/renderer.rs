@@ -48,6 +48,7 @@ impl Renderer {
         let begin = Instant::now();
         self.view = (compile_camera(scene, frame), frame.viewport);
         self.textures.update(scene);
+        self.world.choose_top_level(frame.top_level);
         let update = self.world.update(scene, &frame.instances);
         if update.out_of_memory > 0 {
             return Err(RenderError::Structures { bytes: update.out_of_memory });

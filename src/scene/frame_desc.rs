@@ -1,6 +1,6 @@
 //! What one frame shows: the part of the scene that is cleared every frame.
 
-use super::Name;
+use super::{Name, TopLevelKind};
 use glam::Affine3A;
 
 /// One placement of an object in one frame. Its number in [`FrameDesc::instances`] is its instance id.
@@ -45,6 +45,8 @@ pub struct FrameDesc {
     pub srgb: bool,
     /// Keep averaging into the frame before while neither scene nor camera changed (`path`, anti-aliasing).
     pub accumulate: bool,
+    /// The structure over the instances; does not change the picture.
+    pub top_level: TopLevelKind,
 }
 
 impl Default for FrameDesc {
@@ -62,6 +64,7 @@ impl Default for FrameDesc {
             max_depth: 3,
             srgb: false,
             accumulate: false,
+            top_level: TopLevelKind::Auto,
         }
     }
 }
