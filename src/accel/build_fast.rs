@@ -6,8 +6,11 @@
 //! so the wide node is built directly. Boxes are filled by the refit pass.
 //!
 //! Codes have 10 bits per axis, in a 64-bit word with the triangle's number below, sorted by a radix sort of 3 passes.
-//! A mesh of more than 2^20 triangles has several in a finest cell only where it is very uneven; cells with more
-//! triangles than a leaf takes are halved by count.
+//! A mesh has more triangles in a finest cell than a leaf takes only where it is very uneven, such as a teapot in a stadium. Such a
+//! cell gets a grid and codes of its own. Where centres coincide, ranges are halved by count.
+//!
+//! *Quality.* SAH cost 7 to 20 % above that of the SAH builder. *Cost.* 55–85 ns per triangle on a core where Embree's Morton builder takes 85–140; 28 bytes
+//! of scratch per triangle.
 
 use super::Aabb;
 use super::assemble::{Branch, Part, Piece, assemble};
@@ -28,10 +31,17 @@ const CHUNK: usize = 1 << 14;
 /// Bits per pass of the radix sort: 3 passes, and a table that stays in the first-level cache.
 const DIGIT: u32 = 10;
 
+/// Fewer keys are sorted by comparing them.
+const RADIX: usize = 4096;
+
 /// Ranges up to this are left as leaves when a node has no lane to spare: a node for two blocks costs as much as a block.
 const LEAF: usize = 2 * BLOCK;
 /// Ranges up to this are split where it costs no block: a tenth of the memory for +1 % of cost. At 16: +3 %.
 const FILL: usize = 2 * BLOCK;
+
+/// Levels of the wide tree that may give a cell a grid of its own. With 30 levels for the bits of the last grid and 14 for halves, this stays
+/// below [`super::MAX_DEPTH`].
+const REFINE_DEPTH: usize = 18;
 
 /// Code above, triangle number below.
 type Key = u64;
@@ -75,10 +85,7 @@ pub(super) fn rebuild_fast(mesh: &Mesh, old: Bvh, scratch: &mut FastScratch) -> 
         return Ok(Bvh::of_nothing((0..count as u32).collect(), count));
     }
 
-    // One scale for all axes keeps the cells cubes; the curve then follows space, not the box.
-    let extent = around.extent().max_element();
-    let scale = if extent > 1e-30 { ((1 << BITS) as f32 * 0.9999) / extent } else { 0.0 };
-    let grid = Grid { origin: around.lo.extend(0.0), scale: Vec4::splat(scale) };
+    let grid = Grid::around(&around).unwrap_or(Grid { origin: Vec4::ZERO, scale: Vec4::ZERO });
     let mut keys = filled(std::mem::take(&mut scratch.keys), count, 0)?;
     keys.par_chunks_mut(CHUNK).zip(centers.par_chunks(CHUNK)).enumerate().for_each(|(chunk, (keys, centers))| {
         simd::run(level, MakeKeys { grid: &grid, begin: chunk * CHUNK, centers, keys });
@@ -89,8 +96,8 @@ pub(super) fn rebuild_fast(mesh: &Mesh, old: Bvh, scratch: &mut FastScratch) -> 
         keys.retain(|&key| !centers[key as u32 as usize].x.is_nan());
     }
     let sorted = filled(std::mem::take(&mut scratch.sorted), keys.len(), 0)?;
-    let (keys, other) = radix_sort(keys, sorted);
-    let part = build_part(&keys, 0);
+    let (mut keys, other) = radix_sort(keys, sorted);
+    let part = Hierarchy { centers: &centers }.part(&mut keys, 0, 0);
     let bvh = assemble(part, |i| keys[i] as u32, dropped, mesh, old);
     *scratch = FastScratch { centers, keys, sorted: other };
     bvh
@@ -122,6 +129,29 @@ struct Grid {
     scale: Vec4,
 }
 
+impl Grid {
+    /// Over centres in a box; none if they coincide (nearly, in the range of denormals).
+    fn around(centers: &Aabb) -> Option<Self> {
+        // One scale for all axes keeps the cells cubes; the curve then follows space, not the box.
+        let extent = centers.extent().max_element();
+        let scale = (1 << BITS) as f32 * 0.9999 / extent;
+        (extent > 1e-30).then(|| Self { origin: centers.lo.extend(0.0), scale: Vec4::splat(scale) })
+    }
+
+    /// The Morton code of the cell that a centre lies in, in the place where keys have it.
+    #[inline(always)]
+    fn code(&self, center: Vec3) -> Key {
+        // Rounds to an integer by way of the mantissa: vectorises, where a saturating cast does not.
+        const MAGIC: f32 = (1 << 23) as f32;
+        const LAST: u32 = (1 << BITS) - 1;
+        let cell = (center.extend(0.0) - self.origin) * self.scale - Vec4::splat(0.499);
+        // A NaN as the first operand gives the second.
+        let cell = cell.max(Vec4::ZERO).min(Vec4::splat(LAST as f32)) + Vec4::splat(MAGIC);
+        let [x, y, z, _] = cell.to_array().map(|c| spread3(c.to_bits() & LAST));
+        u64::from(x << 2 | y << 1 | z) << 32
+    }
+}
+
 struct MakeKeys<'a> {
     grid: &'a Grid,
     /// The number of the first triangle.
@@ -135,15 +165,8 @@ impl Kernel for MakeKeys<'_> {
 
     #[inline(always)]
     fn run(self) {
-        // Rounds to an integer by way of the mantissa: vectorises, where a saturating cast does not.
-        const MAGIC: f32 = (1 << 23) as f32;
-        const LAST: u32 = (1 << BITS) - 1;
         for (i, (key, center)) in self.keys.iter_mut().zip(self.centers).enumerate() {
-            let cell = (center.extend(0.0) - self.grid.origin) * self.grid.scale - Vec4::splat(0.499);
-            // A NaN as the first operand gives the second.
-            let cell = cell.max(Vec4::ZERO).min(Vec4::splat(LAST as f32)) + Vec4::splat(MAGIC);
-            let [x, y, z, _] = cell.to_array().map(|c| spread3(c.to_bits() & LAST));
-            *key = u64::from(x << 2 | y << 1 | z) << 32 | (self.begin + i) as u64;
+            *key = self.grid.code(*center) | (self.begin + i) as u64;
         }
     }
 }
@@ -159,7 +182,7 @@ fn spread3(x: u32) -> u32 {
 
 /// Sorts by code, stably, least significant digit first. Gives back the sorted keys and the other vector, which is as long.
 fn radix_sort(mut keys: Vec<Key>, mut other: Vec<Key>) -> (Vec<Key>, Vec<Key>) {
-    if keys.len() < 2 * CHUNK {
+    if keys.len() < RADIX {
         keys.sort_unstable();
         return (keys, other);
     }
@@ -204,73 +227,102 @@ fn radix_pass(from: &[Key], to: &mut [Key], shift: u32) {
     });
 }
 
-/// Large ranges become branches with a task per child, others pieces.
-fn build_part(keys: &[Key], start: usize) -> Part {
-    if keys.len() <= LEAF {
-        return Part::Leaf { start, count: keys.len() };
-    }
-    if keys.len() <= TASK {
-        let mut piece = Piece::default();
-        build_node(&mut piece, keys, start);
-        return Part::Piece(piece);
-    }
-    let (borders, count) = split_wide(keys);
-    let children = (0..count)
-        .into_par_iter()
-        .with_max_len(1)
-        .map(|lane| build_part(&keys[borders[lane]..borders[lane + 1]], start + borders[lane]))
-        .collect();
-    Part::Branch(Branch { children })
+struct Hierarchy<'a> {
+    centers: &'a [Vec3],
 }
 
-/// Appends the node of a range and all below it. Every level consumes code bits or halves the count, which bounds the recursion.
-fn build_node(piece: &mut Piece, keys: &[Key], start: usize) -> usize {
-    let node = piece.push_node();
-    let (borders, count) = split_wide(keys);
-    for lane in 0..count {
-        let (begin, end) = (borders[lane], borders[lane + 1]);
-        if end - begin <= LEAF {
-            piece.set_leaf(node, lane, start + begin, end - begin);
-        } else {
-            let below = build_node(piece, &keys[begin..end], start + begin);
-            piece.set_node(node, lane, below);
+impl Hierarchy<'_> {
+    /// Large ranges become branches with a task per child, others pieces.
+    fn part(&self, keys: &mut [Key], start: usize, depth: usize) -> Part {
+        if keys.len() <= LEAF {
+            return Part::Leaf { start, count: keys.len() };
         }
-    }
-    node
-}
-
-/// Borders of up to eight children: three rounds that split every part which is too large for a leaf.
-fn split_wide(keys: &[Key]) -> ([usize; WIDTH + 1], usize) {
-    let mut borders = [0; WIDTH + 1];
-    borders[1] = keys.len();
-    let mut count = 1;
-    while count < WIDTH {
-        // The fullest part: small ones are leaves soon anyway.
-        let fullest = (0..count).max_by_key(|&i| (borders[i + 1] - borders[i], WIDTH - i)).expect("there is a part");
-        let (begin, end) = (borders[fullest], borders[fullest + 1]);
-        if end - begin <= BLOCK {
-            break;
+        if keys.len() <= TASK {
+            let mut piece = Piece::with_room_for(keys.len());
+            self.node(&mut piece, keys, start, depth);
+            return Part::Piece(piece);
         }
-        let middle = begin + split(&keys[begin..end]);
-        borders.copy_within(fullest + 1..=count, fullest + 2);
-        borders[fullest + 1] = middle;
-        count += 1;
+        let (borders, count) = self.split_wide(keys, depth);
+        let mut tasks = Vec::with_capacity(count);
+        let mut rest = keys;
+        for lane in 0..count {
+            let (these, others) = rest.split_at_mut(borders[lane + 1] - borders[lane]);
+            tasks.push((these, start + borders[lane]));
+            rest = others;
+        }
+        let tasks = tasks.into_par_iter().with_max_len(1);
+        Part::Branch(Branch { children: tasks.map(|(keys, start)| self.part(keys, start, depth + 1)).collect() })
     }
-    (borders, count)
-}
 
-/// The first key that has the highest differing bit set, or the middle when all codes are equal.
-fn split(keys: &[Key]) -> usize {
-    let (first, last) = (keys[0] >> 32, keys[keys.len() - 1] >> 32);
-    if first == last {
-        return keys.len() / 2;
+    /// Appends the node of a range and all below it. Every level consumes code bits or halves the count, and few levels
+    /// make new codes, which bounds the recursion.
+    fn node(&self, piece: &mut Piece, keys: &mut [Key], start: usize, depth: usize) -> usize {
+        let node = piece.push_node();
+        let (borders, count) = self.split_wide(keys, depth);
+        for lane in 0..count {
+            let (begin, end) = (borders[lane], borders[lane + 1]);
+            if end - begin <= LEAF {
+                piece.set_leaf(node, lane, start + begin, end - begin);
+            } else {
+                let below = self.node(piece, &mut keys[begin..end], start + begin, depth + 1);
+                piece.set_node(node, lane, below);
+            }
+        }
+        node
     }
-    let bit = 63 - (first ^ last).leading_zeros();
-    let at = keys.partition_point(|key| key >> 32 >> bit & 1 == 0);
-    if keys.len() > FILL {
-        return at;
+
+    /// Borders of up to eight children: the fullest part is split, as small ones are leaves soon anyway.
+    fn split_wide(&self, keys: &mut [Key], depth: usize) -> ([usize; WIDTH + 1], usize) {
+        let mut borders = [0; WIDTH + 1];
+        borders[1] = keys.len();
+        let mut count = 1;
+        while count < WIDTH {
+            // Of equal ones the first. One number to compare, since this is a tenth of the build.
+            let order = |i: usize| (borders[i + 1] - borders[i]) * WIDTH + (WIDTH - 1 - i);
+            let fullest = WIDTH - 1 - (0..count).map(order).fold(0, usize::max) % WIDTH;
+            let (begin, end) = (borders[fullest], borders[fullest + 1]);
+            if end - begin <= BLOCK {
+                break;
+            }
+            let middle = begin + self.split(&mut keys[begin..end], depth);
+            borders.copy_within(fullest + 1..=count, fullest + 2);
+            borders[fullest + 1] = middle;
+            count += 1;
+        }
+        (borders, count)
     }
-    fill_blocks(keys.len(), at)
+
+    /// The first key that has the highest differing bit set, or the middle when all codes are equal.
+    fn split(&self, keys: &mut [Key], depth: usize) -> usize {
+        let ends = |keys: &[Key]| (keys[0] >> 32, keys[keys.len() - 1] >> 32);
+        let (mut first, mut last) = ends(keys);
+        if first == last && keys.len() > LEAF && depth < REFINE_DEPTH {
+            self.refine(keys);
+            (first, last) = ends(keys);
+        }
+        if first == last {
+            return keys.len() / 2;
+        }
+        let bit = 63 - (first ^ last).leading_zeros();
+        let at = keys.partition_point(|key| key >> 32 >> bit & 1 == 0);
+        if keys.len() > FILL { at } else { fill_blocks(keys.len(), at) }
+    }
+
+    /// Gives triangles of one cell codes in a grid of their own.
+    #[cold]
+    fn refine(&self, keys: &mut [Key]) {
+        let center = |key: Key| self.centers[key as u32 as usize];
+        let around = keys.iter().fold(Aabb::EMPTY, |mut all, &key| {
+            all.grow(center(key));
+            all
+        });
+        let Some(grid) = Grid::around(&around) else { return };
+        for key in keys.iter_mut() {
+            *key = grid.code(center(*key)) | *key & u64::from(u32::MAX);
+        }
+        let (sorted, _) = radix_sort(keys.to_vec(), vec![0; keys.len()]);
+        keys.copy_from_slice(&sorted);
+    }
 }
 
 /// The split nearest to `at` that costs no block: at a multiple of the block from either end.

@@ -72,6 +72,23 @@ fn a_rebuild_makes_the_same_tree_in_the_same_memory() {
 }
 
 #[test]
+fn a_teapot_in_a_stadium_gets_a_good_tree_fast() {
+    let mut teapot = bumpy_sphere(100, 150);
+    let alone = build_fast(&teapot).expect("memory").sah_cost();
+    // In one cell of the grid over the stadium.
+    teapot.positions.iter_mut().for_each(|p| *p = *p * 1e-4 + 0.3);
+    let first = teapot.positions.len() as u32;
+    teapot.positions.extend([Vec3::ONE, Vec3::NEG_ONE, Vec3::X]);
+    teapot.triangles.push([first, first + 1, first + 2]);
+    let bvh = build_fast(&teapot).expect("memory");
+    validate(&bvh, &teapot).expect("valid");
+    // The cost of the part within the teapot's own box.
+    let within: f64 = bvh.nodes()[1..].iter().map(|n| f64::from(n.union().half_area())).sum();
+    let sphere = f64::from(Aabb { lo: Vec3::splat(-1.1e-4), hi: Vec3::splat(1.1e-4) }.half_area());
+    assert!(within / sphere < alone, "{} nodes per ray through the teapot, alone it costs {alone}", within / sphere);
+}
+
+#[test]
 fn surface_area_heuristic_makes_the_cheaper_tree() {
     let mesh = bumpy_sphere(100, 150);
     let (sah, fast) = (build_sah(&mesh).expect("memory"), build_fast(&mesh).expect("memory"));
