@@ -1,11 +1,11 @@
 //! The renderer of one context.
 
 use super::error::RenderError;
-use super::tile::{TileJob, aspect};
+use super::tile::{TileJob, TileWorker, aspect};
 use crate::accel::TwoLevel;
 use crate::frame::{FrameStats, Framebuffer, TILE_PIXELS, Target, TileRect};
 use crate::scene::{FrameDesc, Scene, Viewport};
-use crate::shade::{Camera, MAX_LAYERS, RayCounts, ShadeScene, TextureCache, compile_camera, is_hole};
+use crate::shade::{Camera, Holes, MAX_LAYERS, RayCounts, ShadeScene, SurfaceUse, TextureCache, compile_camera};
 use crate::simd::Level;
 use crate::trace::{Hit, Ray, Tracer};
 use glam::Vec2;
@@ -22,6 +22,7 @@ pub struct Renderer {
     world: TwoLevel,
     framebuffer: Framebuffer,
     textures: TextureCache,
+    surfaces: SurfaceUse,
     /// Camera and viewport of the last frame, for picking.
     view: (Camera, Viewport),
     /// What the tiles' averages belong to.
@@ -35,6 +36,7 @@ impl Renderer {
             world: TwoLevel::new(level),
             framebuffer: Framebuffer::default(),
             textures: TextureCache::default(),
+            surfaces: SurfaceUse::default(),
             view: (Camera::default(), Viewport::default()),
             history: None,
         }
@@ -93,7 +95,7 @@ impl Renderer {
             self.framebuffer.tiles_mut().1.fill(0);
             self.history = frame.accumulate.then(|| (scene.epoch, frame.clone()));
         }
-        let shade_scene = ShadeScene::new(scene, frame, &self.textures);
+        let shade_scene = ShadeScene::new(scene, frame, &self.textures, &mut self.surfaces);
         let job = TileJob::new(&shade_scene, Tracer::new(&self.world), frame);
         let counts = render_tiles(&mut self.framebuffer, &job, target, cancel);
         stats.render_seconds = render_begin.elapsed().as_secs_f64();
@@ -128,9 +130,10 @@ impl Renderer {
         }
         let ray = camera.primary_ray(screen, aspect(*viewport), Vec2::splat(0.5))?;
         let mut ray = Ray::new(ray.origin, ray.direction);
+        let holes = Holes::new(scene, &self.textures);
         for _ in 0..MAX_LAYERS {
             let hit = self.tracer().intersect(&ray)?;
-            if !is_hole(scene, &self.textures, &ray, &hit) {
+            if !holes.is_hole(&ray, &hit) {
                 return Some(hit);
             }
             ray.tmin = hit.t.next_up();
@@ -159,12 +162,12 @@ impl Counts {
     }
 }
 
-fn render_tiles(fb: &mut Framebuffer, job: &TileJob, target: Option<&Target>, cancel: &AtomicBool) -> Counts {
+fn render_tiles<'a>(fb: &mut Framebuffer, job: &TileJob<'a>, target: Option<&Target>, cancel: &AtomicBool) -> Counts {
     let grid = fb.grid();
     let Viewport { x, y, width, height } = job.frame.viewport;
     let viewport = TileRect { x0: x, y0: y, x1: x.saturating_add(width), y1: y.saturating_add(height) };
     let (pixels, rounds) = fb.tiles_mut();
-    let one = |(index, (pixels, rounds)): (usize, (&mut [_], &mut u32))| {
+    let one = |worker: &mut TileWorker<'a>, (index, (pixels, rounds)): (usize, (&mut [_], &mut u32))| {
         let rect = grid.rect(index);
         let visible = rect.intersection(viewport);
         if visible.is_empty() {
@@ -173,7 +176,7 @@ fn render_tiles(fb: &mut Framebuffer, job: &TileJob, target: Option<&Target>, ca
         if cancel.load(Ordering::Relaxed) {
             return Counts { skipped: 1, ..Counts::default() };
         }
-        let rays = job.render([rect.x0, rect.y0], visible, *rounds, pixels);
+        let rays = job.render(worker, [rect.x0, rect.y0], visible, *rounds, pixels);
         *rounds = rounds.saturating_add(1);
         if let Some(target) = target {
             let color = |x, y| pixels[((y - rect.y0) * crate::frame::TILE_SIZE + x - rect.x0) as usize].color;
@@ -185,7 +188,7 @@ fn render_tiles(fb: &mut Framebuffer, job: &TileJob, target: Option<&Target>, ca
         .par_chunks_mut(TILE_PIXELS)
         .zip(rounds.par_iter_mut())
         .enumerate()
-        .map(one)
+        .map_init(|| job.worker(), one)
         .reduce(Counts::default, Counts::plus)
 }
 

@@ -132,6 +132,11 @@ impl Camera {
         origin.is_finite().then_some(PrimaryRay { origin, direction })
     }
 
+    /// Whether [`Camera::primary_ray`] looks at its `lens`.
+    pub fn has_lens(&self) -> bool {
+        matches!(self.kind, Kind::ThinLens { .. })
+    }
+
     /// The cone of a pixel when the picture has `rows` rows (or the samples of a pixel count as rows).
     pub fn cone(&self, rows: f32, aspect: f32) -> Cone {
         match &self.kind {

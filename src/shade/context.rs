@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 pub(crate) struct Context<'w, 'a> {
     pub worker: &'w mut Worker<'a>,
-    pub it: &'w Interaction,
+    pub it: &'w Interaction<'w>,
     pub bounce: Bounce,
 }
 
@@ -44,6 +44,6 @@ impl ShadingContext for Context<'_, '_> {
 
     fn texture(&self, name: Name, uv: Vec2) -> Vec4 {
         let textures = &self.worker.scene.textures;
-        textures.lookup(textures.id(name), uv, self.it.footprint)
+        textures.lookup(textures.id(name), uv, || self.it.footprint())
     }
 }

@@ -1,9 +1,8 @@
 //! Light that comes straight from the lights.
 
 use crate::shade::interaction::Interaction;
-use crate::shade::sampler::hammersley;
 use crate::shade::worker::Worker;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 /// How much of an area light one shading point samples.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -23,20 +22,12 @@ impl<'a> Worker<'a> {
         let point = &it.point;
         for light in &scene.lights {
             let n = match effort {
-                Effort::Full => (light.samples >> (2 * point.depth).min(31)).max(1),
+                Effort::Full => light.points(point.depth),
                 Effort::Single => 1,
             };
-            let area = light.samples > 1;
-            // The shift differs from pixel to pixel, which turns the bands of a fixed pattern into fine grain.
-            let shift = if area { self.rng.next_vec2() } else { Vec2::ZERO };
+            let shift = light.shift(&mut self.rng);
             for i in 0..n {
-                let u = if area { hammersley(i, n, shift) } else { Vec2::splat(0.5) };
-                let Some(sample) = light.sample(point.position, u) else { continue };
-                let visible =
-                    sample.direction.dot(point.normal) > 0.0 && sample.direction.dot(point.geometric_normal) > 0.0;
-                if !visible {
-                    continue;
-                }
+                let Some(sample) = light.facing(point, i, n, shift) else { continue };
                 let share = if shadows { self.transmittance(it, sample.direction, sample.distance) } else { Vec3::ONE };
                 if share != Vec3::ZERO {
                     each(sample.direction, sample.radiance * share / n as f32);

@@ -3,9 +3,9 @@
 //! Radiance here is in units in which a light of colour 1 gives a white diffuse surface the value 1 (see
 //! [`crate::shade::class`]): irradiance divided by π.
 
-use crate::scene::{LightSample, LightShader};
+use crate::scene::{LightSample, LightShader, SurfacePoint};
 use crate::shade::block::Block;
-use crate::shade::sampler::disc;
+use crate::shade::sampler::{Rng, disc, hammersley};
 use crate::shade::values::Values;
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
@@ -91,6 +91,27 @@ impl Light {
 
     pub fn user(program: Arc<dyn LightShader>, block: Block) -> Self {
         Self { shape: Shape::User { program, block }, color: Vec3::ONE, attenuation: Vec3::X, samples: 1 }
+    }
+
+    /// Points of the light that a shading point after `depth` bounces asks for.
+    pub fn points(&self, depth: u32) -> u32 {
+        (self.samples >> (2 * depth).min(31)).max(1)
+    }
+
+    /// By how much a shading point shifts the light's pattern of points. It differs from pixel to pixel, which turns the bands
+    /// of a fixed pattern into fine grain.
+    #[inline]
+    pub fn shift(&self, rng: &mut Rng) -> Vec2 {
+        if self.samples > 1 { rng.next_vec2() } else { Vec2::ZERO }
+    }
+
+    /// Point `i` of `n` of the light as the shading point sees it; None where no light arrives on the viewer's side.
+    #[inline]
+    pub fn facing(&self, point: &SurfacePoint, i: u32, n: u32, shift: Vec2) -> Option<LightSample> {
+        let u = if self.samples > 1 { hammersley(i, n, shift) } else { Vec2::splat(0.5) };
+        let sample = self.sample(point.position, u)?;
+        let visible = sample.direction.dot(point.normal) > 0.0 && sample.direction.dot(point.geometric_normal) > 0.0;
+        visible.then_some(sample)
     }
 
     /// Light at `position` from the point of the light that `u` (in [0, 1)²) chooses; None where it does not shine.

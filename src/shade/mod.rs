@@ -1,7 +1,7 @@
 //! Hits to colours: surfaces, lights, cameras, environments and rendering objects.
 //!
 //! At frame start [`ShadeScene`] turns names and parameters into dense, typed data (late binding). A [`Worker`], one
-//! per tile, then carries camera samples through a rendering object. Built-in shaders are variants of closed enums;
+//! per thread, then carries the camera samples of a tile through a rendering object. Built-in shaders are variants of closed enums;
 //! only the user's own programs are called through traits. No ray allocates memory. [`class`] has the manual of all
 //! built-in classes.
 #![forbid(unsafe_code)]
@@ -15,15 +15,19 @@ mod context;
 mod direct;
 mod environment;
 mod footprint;
+mod holes;
 mod integrator;
 mod interaction;
 mod light;
 mod names;
 mod optics;
 mod path;
+mod placed;
 mod sampler;
+mod samples;
 mod shade_scene;
 mod surface;
+mod surface_use;
 mod texture;
 mod textures;
 mod values;
@@ -33,8 +37,12 @@ mod worker;
 pub use camera::Camera;
 pub use class::builtin_classes;
 pub use footprint::Cone;
+pub use holes::Holes;
 pub use interaction::Interaction;
+pub use placed::Placed;
 pub use sampler::{Rng, pixel_pattern};
-pub use shade_scene::{ShadeScene, compile_camera, is_hole};
+pub use samples::CameraSample;
+pub use shade_scene::{ShadeScene, compile_camera};
+pub use surface_use::SurfaceUse;
 pub use textures::TextureCache;
 pub use worker::{MAX_LAYERS, RayCounts, Sample, Seen, Worker};

@@ -10,17 +10,22 @@ use crate::shade::integrator::Integrator;
 use crate::shade::interaction::Interaction;
 use crate::shade::light::Light;
 use crate::shade::names::NameTable;
+use crate::shade::placed::Placed;
 use crate::shade::surface::{Surface, UserSurface};
+use crate::shade::surface_use::SurfaceUse;
 use crate::shade::textures::{TextureCache, Textures};
 use crate::shade::values::Values;
 use crate::trace::{Hit, Ray};
-use glam::{Affine3A, Vec3, Vec4};
+use glam::{Vec3, Vec4};
+use std::sync::OnceLock;
 
 /// Everything that shading reads during one frame.
 pub struct ShadeScene<'a> {
     instances: &'a [Instance],
     /// The mesh of each instance; None where the object does not exist.
     meshes: Vec<Option<&'a Mesh>>,
+    /// Of each instance that a ray of this frame has hit.
+    placed: Vec<OnceLock<Box<Placed>>>,
     /// Number 0 is the default surface.
     surfaces: Vec<Surface>,
     surface_of: NameTable,
@@ -34,16 +39,23 @@ pub struct ShadeScene<'a> {
     pub camera: Camera,
     pub environment: Environment,
     pub integrator: Integrator,
-    /// Some surface lets shadow rays pass.
+    /// Some surface of the frame lets shadow rays pass.
     pub see_through: bool,
 }
 
 impl<'a> ShadeScene<'a> {
     /// `cache` must be up to date with the scene.
-    pub fn new(scene: &'a Scene, frame: &'a FrameDesc, cache: &TextureCache) -> Self {
+    pub fn new(scene: &'a Scene, frame: &'a FrameDesc, cache: &TextureCache, used: &mut SurfaceUse) -> Self {
         let textures = Textures::new(cache);
-        let mesh = |instance: &Instance| scene.objects.get(&instance.object).map(|object| &object.mesh);
+        let mut last: (Name, Option<&Mesh>) = (0, None);
+        let mesh = |instance: &Instance| {
+            if instance.object != last.0 {
+                last = (instance.object, scene.objects.get(&instance.object).map(|object| &object.mesh));
+            }
+            last.1
+        };
         let meshes = frame.instances.iter().map(mesh).collect();
+        let placed = frame.instances.iter().map(|_| OnceLock::new()).collect();
 
         let mut surfaces = vec![Surface::default()];
         let mut names = vec![0];
@@ -53,7 +65,9 @@ impl<'a> ShadeScene<'a> {
                 surfaces.push(surface);
             }
         }
-        let see_through = surfaces.iter().any(Surface::is_see_through);
+        let surface_of = NameTable::new(names.iter().copied());
+        let is_see_through = |name| surface_of.get(name).is_some_and(|index| surfaces[index as usize].is_see_through());
+        let see_through = surfaces.iter().any(Surface::is_see_through) && used.any(scene, frame, is_see_through);
 
         let mut lights = Vec::new();
         let mut ambient = Vec3::ZERO;
@@ -69,8 +83,9 @@ impl<'a> ShadeScene<'a> {
         Self {
             instances: &frame.instances,
             meshes,
+            placed,
             surfaces,
-            surface_of: NameTable::new(names.iter().copied()),
+            surface_of,
             lights,
             ambient,
             headlight: frame.lights.is_empty(),
@@ -82,6 +97,7 @@ impl<'a> ShadeScene<'a> {
         }
     }
 
+    #[inline]
     pub fn mesh(&self, instance: u32) -> &'a Mesh {
         self.meshes[instance as usize].expect("only instances of existing objects are hit")
     }
@@ -93,13 +109,19 @@ impl<'a> ShadeScene<'a> {
         &self.surfaces[self.surface_of.get(name).unwrap_or(0) as usize]
     }
 
-    pub fn interaction(&self, ray: &Ray, hit: &Hit, cone: Cone, depth: u32) -> Interaction {
-        let instance = &self.instances[hit.instance as usize];
-        Interaction::new(ray, hit, instance, self.mesh(hit.instance), cone, depth)
+    #[inline]
+    pub fn interaction(&self, ray: &Ray, hit: &Hit, cone: Cone, depth: u32) -> Interaction<'_> {
+        Interaction::new(ray, hit, self.placed(hit.instance), self.mesh(hit.instance), cone, depth)
+    }
+
+    #[inline]
+    fn placed(&self, instance: u32) -> &Placed {
+        let number = instance as usize;
+        self.placed[number].get_or_init(|| Box::new(Placed::new(self.instances[number].world_from_object)))
     }
 }
 
-fn compile_surface(name: Name, shader: &Shader, textures: &Textures) -> Option<Surface> {
+pub(super) fn compile_surface(name: Name, shader: &Shader, textures: &Textures) -> Option<Surface> {
     match &shader.class.program {
         Program::BuiltIn => Surface::built_in(&shader.class.name, Values(shader), textures),
         Program::Surface(program) => Some(Surface::User(UserSurface {
@@ -110,19 +132,6 @@ fn compile_surface(name: Name, shader: &Shader, textures: &Textures) -> Option<S
         })),
         _ => None,
     }
-}
-
-/// Whether the surface is not there at a hit: the eye, and picking, look through holes. `cache` as in
-/// [`ShadeScene::new`].
-pub fn is_hole(scene: &Scene, cache: &TextureCache, ray: &Ray, hit: &Hit) -> bool {
-    let Some(mesh) = scene.objects.get(&hit.object).map(|object| &object.mesh) else { return false };
-    let name = mesh.shader_of_triangle.get(hit.prim as usize);
-    let Some(shader) = name.and_then(|name| scene.shaders.get(name)) else { return false };
-    let textures = Textures::new(cache);
-    // Alpha depends neither on where the instance is nor on the shader's name.
-    let instance = Instance { object: hit.object, world_from_object: Affine3A::IDENTITY };
-    let it = Interaction::new(ray, hit, &instance, mesh, Cone { width: 0.0, spread: 0.0 }, 0);
-    compile_surface(0, shader, &textures).is_some_and(|surface| surface.is_hole(&it, &textures))
 }
 
 /// The frame's camera; the default one where the frame names none.

@@ -1,9 +1,10 @@
 //! Surfaces as compiled for one frame: plain data in a closed enum, so that shading a hit costs a `match` and no
 //! virtual call.
 
-use crate::scene::{Name, ShaderClass, SurfaceShader};
+use crate::scene::{Name, ShaderClass, SurfacePoint, SurfaceShader};
 use crate::shade::block::Block;
 use crate::shade::interaction::Interaction;
+use crate::shade::optics::reflect;
 use crate::shade::textures::Textures;
 use crate::shade::values::Values;
 use glam::{Vec3, Vec4, Vec4Swizzles};
@@ -96,15 +97,26 @@ impl Phong {
 
     /// Base colour factor in xyz, alpha after threshold and opacity in w.
     pub fn base(&self, it: &Interaction, textures: &Textures) -> Vec4 {
-        let base = it.point.color * textures.lookup(self.texture, it.point.tex_coord, it.footprint);
+        let base = it.point.color * textures.lookup(self.texture, it.point.tex_coord, || it.footprint());
         base.xyz().extend(self.alpha(base.w, it, textures))
+    }
+
+    /// Light of `radiance` from `direction`, reflected to the viewer: diffuse and in the highlight.
+    #[inline]
+    pub fn reflected(&self, base: Vec3, point: &SurfacePoint, direction: Vec3, radiance: Vec3) -> Vec3 {
+        let mut color = self.diffuse * base * direction.dot(point.normal).max(0.0);
+        if self.specular != Vec3::ZERO {
+            let mirrored = reflect(point.incoming, point.normal);
+            color += self.specular * direction.dot(mirrored).max(0.0).powf(self.shininess);
+        }
+        color * radiance
     }
 
     fn alpha(&self, base_alpha: f32, it: &Interaction, textures: &Textures) -> f32 {
         if self.alpha_threshold <= 0.0 {
             return self.opacity;
         }
-        let mask = textures.lookup(self.alpha_texture, it.point.tex_coord, it.footprint).x;
+        let mask = textures.lookup(self.alpha_texture, it.point.tex_coord, || it.footprint()).x;
         if base_alpha * mask < self.alpha_threshold { 0.0 } else { self.opacity }
     }
 }

@@ -51,11 +51,11 @@ impl Textures {
         self.id(name).map(|id| self.compiled[id as usize].clone())
     }
 
-    /// Filtered linear RGBA; white without a texture.
+    /// Filtered linear RGBA; white without a texture, and then nobody asks for the footprint.
     #[inline]
-    pub fn lookup(&self, id: TextureId, uv: Vec2, footprint: f32) -> Vec4 {
+    pub fn lookup(&self, id: TextureId, uv: Vec2, footprint: impl FnOnce() -> f32) -> Vec4 {
         match id {
-            Some(id) => self.compiled[id as usize].lookup(uv, footprint),
+            Some(id) => self.compiled[id as usize].lookup(uv, footprint()),
             None => Vec4::ONE,
         }
     }

@@ -71,7 +71,7 @@ impl<'a> Worker<'a> {
 
     /// Texture × vertex colour.
     pub(crate) fn base(&self, texture: Option<u32>, it: &Interaction) -> Vec3 {
-        let texel = self.scene.textures.lookup(texture, it.point.tex_coord, it.footprint);
+        let texel = self.scene.textures.lookup(texture, it.point.tex_coord, || it.footprint());
         (it.point.color * texel).xyz()
     }
 
@@ -85,7 +85,7 @@ impl<'a> Worker<'a> {
             }
             Surface::Normals => point.normal * 0.5 + Vec3::splat(0.5),
             Surface::Wireframe { color, background, thickness } => {
-                let near = it.edge_distance.min_element() < 0.5 * thickness * it.cone.width;
+                let near = it.edge_distance().min_element() < 0.5 * thickness * it.cone.width;
                 if near { *color } else { *background }
             }
             _ => Vec3::ZERO,
@@ -93,16 +93,29 @@ impl<'a> Worker<'a> {
     }
 
     fn phong(&mut self, phong: &Phong, it: &Interaction, bounce: Bounce) -> Vec4 {
-        let scene = self.scene;
-        let point = &it.point;
-        let base = phong.base(it, &scene.textures);
+        let base = phong.base(it, &self.scene.textures);
         let (base, alpha) = (base.xyz(), base.w);
         if alpha == 0.0 {
             return Vec4::ZERO;
         }
+        let lit = self.lit(phong, base, it, Effort::Full);
+        self.phong_lit(phong, base, alpha, lit, it, bounce)
+    }
+
+    /// The colour of [`Surface::Phong`], when what the lights contribute is known.
+    pub(super) fn phong_lit(
+        &mut self,
+        phong: &Phong,
+        base: Vec3,
+        alpha: f32,
+        lit: Vec3,
+        it: &Interaction,
+        bounce: Bounce,
+    ) -> Vec4 {
+        let point = &it.point;
         let bounce = Bounce { weight: bounce.weight * alpha, ..bounce };
-        let mut color = phong.emission + phong.ambient * base * scene.ambient;
-        color += self.lit(phong, base, it, Effort::Full);
+        let mut color = phong.emission + phong.ambient * base * self.scene.ambient;
+        color += lit;
         let mut reflection = phong.reflection;
         if phong.transmission != Vec3::ZERO {
             match refracted(point, phong.ior) {
@@ -122,21 +135,11 @@ impl<'a> Worker<'a> {
 
     /// Diffuse light and highlights of the lights, or of the lamp at the eye in a frame without lights.
     pub(crate) fn lit(&mut self, phong: &Phong, base: Vec3, it: &Interaction, effort: Effort) -> Vec3 {
-        let point = &it.point;
-        let diffuse = phong.diffuse * base;
-        let mirrored = reflect(point.incoming, point.normal);
-        let shiny = phong.specular != Vec3::ZERO;
-        let reflected = |direction: Vec3, radiance: Vec3| {
-            let mut color = diffuse * direction.dot(point.normal).max(0.0);
-            if shiny {
-                color += phong.specular * direction.dot(mirrored).max(0.0).powf(phong.shininess);
-            }
-            color * radiance
-        };
+        let reflected = |direction: Vec3, radiance: Vec3| phong.reflected(base, &it.point, direction, radiance);
         let shadows = match self.scene.integrator {
             Integrator::Whitted { shadows, .. } => {
                 if self.scene.headlight {
-                    return reflected(-point.incoming, Vec3::ONE);
+                    return reflected(-it.point.incoming, Vec3::ONE);
                 }
                 shadows
             }

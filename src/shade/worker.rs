@@ -1,11 +1,11 @@
-//! One worker carries the samples of one tile. It owns all that changes while rays fly, so that tiles share nothing but
-//! read-only data.
+//! A worker carries the camera samples of tiles, one tile after the other. It owns all that changes while rays fly, so that
+//! tiles share nothing but read-only data.
 
-use crate::scene::PrimaryRay;
 use crate::shade::footprint::Cone;
 use crate::shade::integrator::Integrator;
 use crate::shade::interaction::Interaction;
 use crate::shade::sampler::Rng;
+use crate::shade::samples::Batch;
 use crate::shade::shade_scene::ShadeScene;
 use crate::trace::{Hit, Ray, Tracer};
 use glam::{Vec3, Vec4};
@@ -53,39 +53,36 @@ pub struct Worker<'a> {
     pub(crate) rng: Rng,
     pub(crate) seen: Option<Seen>,
     /// Bounces that the current sample may still send.
-    budget: u32,
+    pub(super) budget: u32,
+    /// What [`Worker::samples`] works in, kept from tile to tile.
+    pub(super) batch: Batch,
     /// Memory for parameter blocks of the user's shaders; one is taken per level of recursion and given back.
     pub(crate) scratch: Vec<Vec<u8>>,
 }
 
 /// Bounces of one camera sample. A tree of mirrors and glass doubles at every level; this keeps one pixel from taking
 /// for ever.
-const BUDGET: u32 = 1 << 14;
+pub(super) const BUDGET: u32 = 1 << 14;
 /// Rays with a smaller share in the pixel are not sent (Hall and Greenberg 1983): half a step of an 8-bit channel.
 const MIN_WEIGHT: f32 = 1.0 / 512.0;
 /// Transparent layers that one ray passes before it gives up.
 pub const MAX_LAYERS: u32 = 256;
 /// Shadow rays end this much before the light, relative to its distance: lights often lie on a surface.
-const SHADOW_END: f32 = 1.0 - 1e-4;
+pub(super) const SHADOW_END: f32 = 1.0 - 1e-4;
 
 impl<'a> Worker<'a> {
     pub fn new(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>) -> Self {
         let rng = Rng::new(0, 0, 0);
-        Self { scene, tracer, counts: RayCounts::default(), rng, seen: None, budget: 0, scratch: Vec::new() }
-    }
-
-    /// Carries one camera sample to its colour. `rng` decides all its random choices.
-    pub fn sample(&mut self, primary: PrimaryRay, cone: Cone, rng: Rng) -> Sample {
-        let ray = Ray::new(primary.origin, primary.direction);
-        self.counts.primary += 1;
-        let hit = self.tracer.intersect(&ray);
-        self.rng = rng;
-        self.seen = None;
-        self.budget = BUDGET;
-        let color = self.radiance(ray, hit, Bounce { depth: 0, weight: 1.0, cone });
-        // A shader may have divided by zero; one such sample must not spoil an average.
-        let color = if color.is_finite() { color } else { Vec4::ZERO };
-        Sample { color, seen: self.seen }
+        Self {
+            scene,
+            tracer,
+            counts: RayCounts::default(),
+            rng,
+            seen: None,
+            budget: 0,
+            batch: Batch::default(),
+            scratch: Vec::new(),
+        }
     }
 
     /// Radiance along `ray`, whose closest hit is known: RGB multiplied by coverage, and coverage.

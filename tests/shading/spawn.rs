@@ -39,7 +39,7 @@ impl Random {
 #[test]
 fn r15_a_million_spawned_rays_never_hit_their_own_triangle() {
     use openrt::accel::TwoLevel;
-    use openrt::shade::{Cone, Interaction};
+    use openrt::shade::{Cone, Interaction, Placed};
     use openrt::trace::{Ray, Tracer};
     let seed = seed(15);
     let mut random = Random::new(seed);
@@ -76,6 +76,7 @@ fn r15_a_million_spawned_rays_never_hit_their_own_triangle() {
         world.update(&w.scene, &w.frame.instances);
         let tracer = Tracer::new(&world);
         let mesh = &w.scene.objects[&name].mesh;
+        let matrices = Placed::new(m);
         let placed = corners.map(|c| m.transform_point3(c));
         let extent = (placed[1] - placed[0]).length().max((placed[2] - placed[0]).length());
         for _ in 0..500 {
@@ -86,7 +87,7 @@ fn r15_a_million_spawned_rays_never_hit_their_own_triangle() {
             let ray = Ray::new(target - towards * extent, towards);
             let Some(hit) = tracer.intersect(&ray) else { continue };
             let cone = Cone { width: 0.0, spread: 0.0 };
-            let it = Interaction::new(&ray, &hit, &w.frame.instances[0], mesh, cone, 0);
+            let it = Interaction::new(&ray, &hit, &matrices, mesh, cone, 0);
             // All directions, and nearly tangential ones.
             let n = it.point.geometric_normal;
             for grazing in [1.0, 0.0, 1e-3, 1e-6] {
