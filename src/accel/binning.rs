@@ -1,7 +1,7 @@
 //! Where to split a range of triangles: the cheapest bin border (Wald, *On Fast Construction of SAH-based Bounding Volume Hierarchies*, 2007).
 //!
 //! Triangles are counted into a few equal bins of their box centres along each axis, and only bin borders are tried. All three axes go
-//! together: a triangle costs three minima of eight lanes, a border one vector of three areas, got by a transposition. Counts are rounded
+//! together: a triangle costs three times two minima of four lanes, a border one vector of three areas, got by a transposition. Counts are rounded
 //! up to blocks of four triangles, as the leaves hold them.
 
 use super::bvh::BLOCK;
@@ -75,7 +75,7 @@ impl Split {
     }
 }
 
-/// Boxes and counts of the bins of all axes. Only the first `used` are meaningful.
+/// Boxes and counts of the bins of all axes.
 #[derive(Clone)]
 struct Bins {
     boxes: [[Box4; 3]; BINS],

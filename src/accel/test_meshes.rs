@@ -5,22 +5,11 @@ use glam::Vec3;
 
 #[path = "../../tests/common/random.rs"]
 mod random;
+#[path = "../../tests/common/soup.rs"]
+mod soup;
 
 pub use random::Random;
-
-pub fn mesh(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> Mesh {
-    let positions: Vec<Vec3> = triangles.into_iter().flatten().collect();
-    let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    Mesh { positions, triangles, ..Mesh::default() }
-}
-
-/// Triangles of size `size` in the cube `[-1, 1]³`.
-pub fn soup(random: &mut Random, count: usize, size: f32) -> Mesh {
-    mesh((0..count).map(|_| {
-        let at = random.vec();
-        [at, at + random.vec() * size, at + random.vec() * size]
-    }))
-}
+pub use soup::{mesh, soup};
 
 /// A closed, indexed sphere with waves: `2 * around * (rings - 1)` triangles.
 pub fn bumpy_sphere(rings: u32, around: u32) -> Mesh {

@@ -27,3 +27,34 @@ pub fn run<K: Kernel>(level: Level, kernel: K) -> K::Output {
     let _ = level;
     kernel.run()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Sum<'a>(&'a [[f32; 8]]);
+
+    impl Kernel for Sum<'_> {
+        type Output = [u32; 8];
+
+        #[inline(always)]
+        fn run(self) -> [u32; 8] {
+            let mut all = [0.0f32; 8];
+            for lanes in self.0 {
+                // A fused multiply-add would round once.
+                all = std::array::from_fn(|i| all[i] * 0.7 + lanes[i]);
+            }
+            all.map(f32::to_bits)
+        }
+    }
+
+    #[test]
+    fn every_level_gives_the_same_bits() {
+        let lanes: Vec<[f32; 8]> = (0..100).map(|n| std::array::from_fn(|i| ((n * 8 + i) as f32).sin())).collect();
+        let plain = run(Level::Scalar, Sum(&lanes));
+        for level in Level::ALL {
+            // Levels that this processor lacks fall back.
+            assert_eq!(run(level, Sum(&lanes)), plain, "{}", level.name());
+        }
+    }
+}

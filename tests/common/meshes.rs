@@ -5,20 +5,10 @@ use glam::Vec3;
 use openrt::scene::Mesh;
 use std::collections::HashMap;
 
-/// Unconnected triangles as a mesh.
-pub fn mesh(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> Mesh {
-    let positions: Vec<Vec3> = triangles.into_iter().flatten().collect();
-    let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    Mesh { positions, triangles, ..Mesh::default() }
-}
+#[path = "soup.rs"]
+mod soup;
 
-/// Triangles of size `size` with a corner in the cube `[-1, 1]³`.
-pub fn soup(random: &mut Random, count: usize, size: f32) -> Mesh {
-    mesh((0..count).map(|_| {
-        let at = random.vec();
-        [at, at + random.vec() * size, at + random.vec() * size]
-    }))
-}
+pub use soup::{mesh, soup};
 
 /// A closed sphere of radius 1: `20 * 4^subdivisions` triangles that share their vertices.
 pub fn icosphere(subdivisions: u32) -> Mesh {
