@@ -34,14 +34,17 @@ pub fn components(points: &[Vec3]) -> &[f32] {
     unsafe { std::slice::from_raw_parts(points.as_ptr().cast(), 3 * points.len()) }
 }
 
-/// Asks for the cache line of an element that will be read soon. Indices beyond the end ask for nothing.
+/// Asks for the cache lines of an element that will be read soon. Indices beyond the end ask for nothing.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     if let Some(element) = slice.get(index) {
         use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: part of SSE, which x86-64 always has; it reads nothing, and the address is valid anyway.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>((&raw const *element).cast()) };
+        let start = std::ptr::from_ref(element).cast::<i8>();
+        for line in 0..size_of::<T>().div_ceil(64) {
+            // SAFETY: part of SSE, which x86-64 always has; it reads nothing, and the address lies inside of the element.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.add(64 * line)) };
+        }
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (slice, index);

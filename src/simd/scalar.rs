@@ -68,6 +68,10 @@ impl<const N: usize> Vector for Lanes<N> {
         Lanes(array::from_fn(|i| if self.0[i] <= other.0[i] { yes.0[i] } else { no.0[i] }))
     }
     #[inline(always)]
+    unsafe fn select_bits(self, other: Self, mask: u32) -> Self {
+        Lanes(array::from_fn(|i| if mask >> i & 1 == 1 { self.0[i] } else { other.0[i] }))
+    }
+    #[inline(always)]
     unsafe fn min(self, other: Self) -> Self {
         self.zip(other, |a, b| if a < b { a } else { b })
     }

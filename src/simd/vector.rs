@@ -37,6 +37,9 @@ pub trait Vector: Copy {
     /// In each lane `if self <= other { yes } else { no }`; `no` where either is NaN.
     unsafe fn select_le(self, other: Self, yes: Self, no: Self) -> Self;
 
+    /// Lane `i` of `self` where bit `i` of `mask` is set, else of `other`. Bits beyond the lanes are ignored.
+    unsafe fn select_bits(self, other: Self, mask: u32) -> Self;
+
     /// Bit `i` is set where lane `i` of `self <= other`; false for NaN.
     unsafe fn le(self, other: Self) -> u32;
     /// Bit `i` is set where lane `i` of `self < other`; false for NaN.

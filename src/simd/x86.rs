@@ -41,12 +41,28 @@ pub struct Mask4(__m128);
 #[derive(Clone, Copy, Debug)]
 pub struct Mask8(__m256);
 
+/// Bits 0 to 3 of `mask` as the signs of four lanes: SSE has no shift by lane, but a multiplication does.
+///
+/// # Safety
+/// - The processor has SSE4.1.
+#[inline(always)]
+unsafe fn sign_bits4(mask: u32) -> __m128 {
+    // SAFETY: the caller's promise.
+    unsafe {
+        _mm_castsi128_ps(_mm_mullo_epi32(
+            _mm_set1_epi32(mask as i32),
+            _mm_setr_epi32(1 << 31, 1 << 30, 1 << 29, 1 << 28),
+        ))
+    }
+}
+
 /// Writes one implementation of [`Vector`] over a single register. Arguments: the type, its array, the intrinsics,
-/// how two lanes are compared into bits, and how such a comparison selects.
+/// how two lanes are compared into bits, how such a comparison selects, and how bits do.
 macro_rules! one_register {
     ($vector:ident, $array:ty, $splat:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident, $div:ident,
      $min:ident, $max:ident, $andnot:ident, |$a:ident, $b:ident, $op:ident| $compare:expr,
-     |$x:ident, $y:ident, $yes:ident, $no:ident| $select:expr) => {
+     |$x:ident, $y:ident, $yes:ident, $no:ident| $select:expr,
+     |$first:ident, $second:ident, $mask:ident| $by_bits:expr) => {
         impl Vector for $vector {
             type Array = $array;
 
@@ -97,6 +113,12 @@ macro_rules! one_register {
                 unsafe { $vector($select) }
             }
             #[inline(always)]
+            unsafe fn select_bits(self, other: Self, $mask: u32) -> Self {
+                let ($first, $second) = (self.0, other.0);
+                // SAFETY: as in `splat`.
+                unsafe { $vector($by_bits) }
+            }
+            #[inline(always)]
             unsafe fn min(self, other: Self) -> Self {
                 // SAFETY: as in `splat`.
                 unsafe { $vector($min(self.0, other.0)) }
@@ -139,7 +161,8 @@ one_register!(
     _mm_andnot_ps,
     // SSE has an instruction per comparison; the condition is constant, so one branch is left.
     |a, b, OP| _mm_movemask_ps(if OP == _CMP_LE_OQ { _mm_cmple_ps(a, b) } else { _mm_cmplt_ps(a, b) }) as u32,
-    |a, b, yes, no| _mm_blendv_ps(no, yes, _mm_cmple_ps(a, b))
+    |a, b, yes, no| _mm_blendv_ps(no, yes, _mm_cmple_ps(a, b)),
+    |yes, no, mask| _mm_blendv_ps(no, yes, sign_bits4(mask))
 );
 
 one_register!(
@@ -156,7 +179,11 @@ one_register!(
     _mm256_max_ps,
     _mm256_andnot_ps,
     |a, b, OP| _mm256_movemask_ps(_mm256_cmp_ps::<OP>(a, b)) as u32,
-    |a, b, yes, no| _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_LE_OQ>(a, b))
+    |a, b, yes, no| _mm256_blendv_ps(no, yes, _mm256_cmp_ps::<_CMP_LE_OQ>(a, b)),
+    |yes, no, mask| {
+        let bits = _mm256_sllv_epi32(_mm256_set1_epi32(mask as i32), _mm256_setr_epi32(31, 30, 29, 28, 27, 26, 25, 24));
+        _mm256_blendv_ps(no, yes, _mm256_castsi256_ps(bits))
+    }
 );
 
 one_register!(
@@ -173,7 +200,8 @@ one_register!(
     _mm_max_ps,
     _mm_andnot_ps,
     |a, b, OP| u32::from(_mm_cmp_ps_mask::<OP>(a, b)),
-    |a, b, yes, no| _mm_mask_blend_ps(_mm_cmp_ps_mask::<_CMP_LE_OQ>(a, b), no, yes)
+    |a, b, yes, no| _mm_mask_blend_ps(_mm_cmp_ps_mask::<_CMP_LE_OQ>(a, b), no, yes),
+    |yes, no, mask| _mm_mask_blend_ps(mask as u8, no, yes)
 );
 
 one_register!(
@@ -190,7 +218,8 @@ one_register!(
     _mm256_max_ps,
     _mm256_andnot_ps,
     |a, b, OP| u32::from(_mm256_cmp_ps_mask::<OP>(a, b)),
-    |a, b, yes, no| _mm256_mask_blend_ps(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b), no, yes)
+    |a, b, yes, no| _mm256_mask_blend_ps(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b), no, yes),
+    |yes, no, mask| _mm256_mask_blend_ps(mask as u8, no, yes)
 );
 
 impl Vector for Sse8 {
@@ -249,6 +278,16 @@ impl Vector for Sse8 {
             Sse8(
                 _mm_blendv_ps(no.0, yes.0, _mm_cmple_ps(self.0, other.0)),
                 _mm_blendv_ps(no.1, yes.1, _mm_cmple_ps(self.1, other.1)),
+            )
+        }
+    }
+    #[inline(always)]
+    unsafe fn select_bits(self, other: Self, mask: u32) -> Self {
+        // SAFETY: as in `splat`.
+        unsafe {
+            Sse8(
+                _mm_blendv_ps(other.0, self.0, sign_bits4(mask)),
+                _mm_blendv_ps(other.1, self.1, sign_bits4(mask >> 4)),
             )
         }
     }

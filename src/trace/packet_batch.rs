@@ -3,6 +3,10 @@
 //! Rays are taken in runs of [`RUN`], sorted by the signs of their directions, in their own order within each octant, and cut into packets of up to
 //! 64. Rays of a tile of camera rays all have the same signs but for a few tiles, and stay together; of diffuse bounces an eighth
 //! of the run has, so that a packet holds neighbours that at least begin alike.
+//!
+//! Measured on the bumpy sphere (1.3 million triangles) and a cloth, AVX2: packets of 16, 32 and 64 camera rays 9.8, 11.2 and 11.6
+//! Mrays/s. Runs of 1024 to 4096 are alike. Sorting by the longest axis as well, within runs of 4096, made bounces 5 to 15 % slower: it tears
+//! neighbours apart.
 
 use super::packet::RAYS;
 use super::packet_scene::{Scratch, traverse};
@@ -12,7 +16,7 @@ use crate::accel::TwoLevel;
 use crate::simd::Isa;
 
 /// Rays that are sorted together.
-const RUN: usize = 1024;
+const RUN: usize = 2048;
 /// The octant of a ray that is left out.
 const UNUSUAL: u8 = 8;
 

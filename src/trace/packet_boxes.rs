@@ -85,25 +85,26 @@ impl<I: Isa> Bounds<I> {
 /// - The processor has the instruction set `I`.
 #[inline(always)]
 unsafe fn range<I: Isa>(rows: &[[f32; LANES]; GROUPS], mask: u64) -> (f32, f32) {
-    let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
     // SAFETY: the caller's promise.
     unsafe {
-        let (mut lo, mut hi) = (I::F8::splat(least), I::F8::splat(most));
+        let (none_least, none_most) = (I::F8::splat(f32::INFINITY), I::F8::splat(f32::NEG_INFINITY));
+        let (mut least, mut most) = (none_least, none_most);
         for g in groups(mask) {
-            let here = mask >> (LANES * g) & 0xff;
-            if here == 0xff {
-                let row = I::F8::load(&rows[g]);
-                (lo, hi) = (lo.min(row), hi.max(row));
-            } else {
-                for l in bits(here).map(|l| l % LANES) {
-                    (least, most) = (least.min(rows[g][l]), most.max(rows[g][l]));
-                }
-            }
+            let here = (mask >> (LANES * g)) as u32;
+            let row = I::F8::load(&rows[g]);
+            least = least.min(row.select_bits(none_least, here));
+            most = most.max(row.select_bits(none_most, here));
         }
-        let (mut los, mut his) = ([0.0; LANES], [0.0; LANES]);
-        lo.store(&mut los);
-        hi.store(&mut his);
-        (los.into_iter().fold(least, f32::min), his.into_iter().fold(most, f32::max))
+        let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
+        least.store(&mut low);
+        most.store(&mut high);
+        // No NaN here; plain comparisons are one instruction each.
+        let (mut least, mut most) = (low[0], high[0]);
+        for l in 1..LANES {
+            least = if low[l] < least { low[l] } else { least };
+            most = if high[l] > most { high[l] } else { most };
+        }
+        (least, most)
     }
 }
 
@@ -121,7 +122,7 @@ pub(super) unsafe fn greatest<I: Isa>(found: &Found, mask: u64) -> f32 {
         }
         let mut lanes = [0.0; LANES];
         most.store(&mut lanes);
-        lanes.into_iter().fold(0.0, f32::max)
+        lanes.into_iter().fold(0.0, |most, t| if t > most { t } else { most })
     }
 }
 

@@ -7,7 +7,7 @@ use super::packet_triangles::intersect_leaf;
 use super::traverse_bvh::traverse_below;
 use super::traverse_packet::{Leaves, traverse_packet};
 use crate::accel::{Bvh, ChildRef};
-use crate::simd::Isa;
+use crate::simd::{Isa, prefetch};
 
 /// The triangles of one object, as seen by a packet in its space.
 struct Triangles<'a, const ANY: bool> {
@@ -50,6 +50,15 @@ impl<I: Isa, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
         unsafe {
             let run = bvh.blocks().get_unchecked(leaf.blocks());
             intersect_leaf::<I, ANY>(packet, mask, down, run, object, instance, found) && !ANY
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, child: ChildRef) {
+        if child.is_leaf() {
+            prefetch(self.bvh.blocks(), child.blocks().start);
+        } else {
+            prefetch(self.bvh.nodes(), child.index());
         }
     }
 

@@ -215,4 +215,8 @@ impl<I: Isa, const ANY: bool> Leaves<I> for Instances<'_, ANY> {
     unsafe fn alone(&mut self, _child: ChildRef, _r: usize, _found: &mut Found) {
         unreachable!("no ray is too few");
     }
+
+    /// The top level is small.
+    #[inline(always)]
+    fn prefetch(&self, _child: ChildRef) {}
 }
