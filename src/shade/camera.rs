@@ -40,6 +40,7 @@ enum Window {
 }
 
 impl Window {
+    #[inline]
     fn at(&self, screen: Vec2, aspect: f32) -> Vec2 {
         match self {
             Window::HalfHeight(h) => (2.0 * screen - Vec2::ONE) * Vec2::new(h * aspect, *h),
@@ -108,6 +109,7 @@ impl Camera {
     /// The ray through `screen`, both coordinates in [0, 1), (0, 0) the lower left; its direction has unit length.
     /// `aspect` is the viewport's, `lens` a point of the unit square that chooses the point of the lens. None leaves
     /// the pixel clear.
+    #[inline(always)]
     pub fn primary_ray(&self, screen: Vec2, aspect: f32, lens: Vec2) -> Option<PrimaryRay> {
         let aspect = if self.aspect > 0.0 { self.aspect } else { aspect };
         let world = |p: Vec3| self.right * p.x + self.up * p.y + self.forward * p.z;

@@ -17,6 +17,7 @@ pub(crate) enum Effort {
 impl<'a> Worker<'a> {
     /// Calls `each(direction, radiance)` for all light that arrives at the point from the side of the viewer.
     /// Directions have unit length and a positive cosine to the normal, which `each` has to multiply itself.
+    #[inline]
     pub(crate) fn direct(&mut self, it: &Interaction, shadows: bool, effort: Effort, mut each: impl FnMut(Vec3, Vec3)) {
         let scene = self.scene;
         let point = &it.point;

@@ -33,7 +33,7 @@ const TEST_CLEARANCE: f32 = 4.0 * (f32::EPSILON * 0.5);
 
 impl<'a> Interaction<'a> {
     /// `ray` must have a direction of unit length; `placed` and `mesh` are those of the instance that was hit.
-    #[inline]
+    #[inline(always)]
     pub fn new(ray: &Ray, hit: &Hit, placed: &'a Placed, mesh: &'a Mesh, cone: Cone, depth: u32) -> Self {
         let [i0, i1, i2] = mesh.triangles[hit.prim as usize].map(|i| i as usize);
         let corners = [mesh.positions[i0], mesh.positions[i1], mesh.positions[i2]];

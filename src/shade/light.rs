@@ -115,6 +115,7 @@ impl Light {
     }
 
     /// Light at `position` from the point of the light that `u` (in [0, 1)²) chooses; None where it does not shine.
+    #[inline]
     pub fn sample(&self, position: Vec3, u: Vec2) -> Option<LightSample> {
         let (source, strength) = match &self.shape {
             Shape::Directional { towards } => {
@@ -177,6 +178,7 @@ impl Light {
         (distance > 0.0).then_some(LightSample { direction, distance, radiance })
     }
 
+    #[inline]
     fn falloff(&self, d: f32) -> f32 {
         let divisor = self.attenuation.x + d * (self.attenuation.y + d * self.attenuation.z);
         if divisor > 0.0 { 1.0 / divisor } else { 1.0 }

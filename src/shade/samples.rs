@@ -76,8 +76,8 @@ impl<'a> Worker<'a> {
         self.tracer.intersect_many(&batch.rays, &mut batch.hits);
 
         let first = Bounce { depth: 0, weight: 1.0, cone };
-        let mut waiting = Vec::new();
         let defers = self.defers_shadow_rays();
+        let mut waiting = Vec::with_capacity(if defers { samples.len() } else { 0 });
         for (i, (sample, &hit)) in samples.iter().zip(&batch.hits).enumerate() {
             if defers
                 && let Some(hit) = hit
@@ -92,7 +92,8 @@ impl<'a> Worker<'a> {
                     continue;
                 }
             }
-            self.begin(sample.rng());
+            // A ray that leaves the scene makes no random choice.
+            self.begin(if hit.is_some() { sample.rng() } else { self.rng });
             let color = self.radiance(sample.ray, hit, first);
             each(i, self.end(color));
         }
@@ -106,12 +107,14 @@ impl<'a> Worker<'a> {
         self.batch = batch;
     }
 
+    #[inline]
     fn begin(&mut self, rng: Rng) {
         self.rng = rng;
         self.seen = None;
         self.budget = BUDGET;
     }
 
+    #[inline]
     fn end(&self, color: Vec4) -> Sample {
         // A shader may have divided by zero; one such sample must not spoil an average.
         let color = if color.is_finite() { color } else { Vec4::ZERO };

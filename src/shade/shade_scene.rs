@@ -109,12 +109,12 @@ impl<'a> ShadeScene<'a> {
         &self.surfaces[self.surface_of.get(name).unwrap_or(0) as usize]
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn interaction(&self, ray: &Ray, hit: &Hit, cone: Cone, depth: u32) -> Interaction<'_> {
         Interaction::new(ray, hit, self.placed(hit.instance), self.mesh(hit.instance), cone, depth)
     }
 
-    #[inline]
+    #[inline(always)]
     fn placed(&self, instance: u32) -> &Placed {
         let number = instance as usize;
         self.placed[number].get_or_init(|| Box::new(Placed::new(self.instances[number].world_from_object)))

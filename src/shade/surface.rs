@@ -96,6 +96,7 @@ impl Phong {
     }
 
     /// Base colour factor in xyz, alpha after threshold and opacity in w.
+    #[inline]
     pub fn base(&self, it: &Interaction, textures: &Textures) -> Vec4 {
         let base = it.point.color * textures.lookup(self.texture, it.point.tex_coord, || it.footprint());
         base.xyz().extend(self.alpha(base.w, it, textures))

@@ -92,6 +92,7 @@ impl<'a> Worker<'a> {
         }
     }
 
+    #[inline]
     fn phong(&mut self, phong: &Phong, it: &Interaction, bounce: Bounce) -> Vec4 {
         let base = phong.base(it, &self.scene.textures);
         let (base, alpha) = (base.xyz(), base.w);
@@ -134,6 +135,7 @@ impl<'a> Worker<'a> {
     }
 
     /// Diffuse light and highlights of the lights, or of the lamp at the eye in a frame without lights.
+    #[inline]
     pub(crate) fn lit(&mut self, phong: &Phong, base: Vec3, it: &Interaction, effort: Effort) -> Vec3 {
         let reflected = |direction: Vec3, radiance: Vec3| phong.reflected(base, &it.point, direction, radiance);
         let shadows = match self.scene.integrator {
