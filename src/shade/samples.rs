@@ -7,6 +7,10 @@
 //! The picture is the same as if each sample went alone: a sample has random numbers of its own, and what the lights add to it is
 //! added in their order. Shadow rays are batched where they can only answer yes or no (no surface of the frame is
 //! see-through) and where nothing else comes before them: at `phong`, `diffuse` and `cutout` surfaces under `whitted`.
+//!
+//! What it gave, one thread of an AVX2 machine, 640x480 with one lamp: figures of ten robots, `raycast` 145 → 60 ms per frame, a cloth 115 → 52 ms,
+//! most of it by the packets. What is left is shading: a batch of the primary rays alone takes 18 ms. A plain hit costs 60 to 90 ns
+//! (interaction 45, light 20), a camera ray 20 and the pixel 10; to be seen in full, packets ask for hits that are shaded eight at a time.
 
 use crate::shade::footprint::Cone;
 use crate::shade::integrator::Integrator;
