@@ -34,6 +34,8 @@ pub(super) struct Placed {
     pub boxed: Vec<u32>,
     /// See [`super::TwoLevel::origin_error`].
     pub origin_error: Mat3,
+    /// Of all records.
+    pub triangles: u64,
     fates: Vec<Fate>,
 }
 
@@ -57,6 +59,20 @@ enum Fate {
     Nothing,
 }
 
+/// What is gathered over the instances.
+struct Sum {
+    error: DMat3,
+    triangles: u64,
+}
+
+impl Sum {
+    const ZERO: Sum = Sum { error: DMat3::ZERO, triangles: 0 };
+
+    fn join(self, other: Self) -> Self {
+        Self { error: larger(self.error, other.error), triangles: self.triangles + other.triangles }
+    }
+}
+
 impl Placed {
     pub fn memory_bytes(&self) -> usize {
         self.records.capacity() * size_of::<InstanceRecord>()
@@ -71,9 +87,10 @@ impl Placed {
         self.outliers.clear();
         self.boxed.clear();
         self.fates.clear();
+        self.triangles = 0;
     }
 
-    /// Places `instances`, whose objects are in the slots `slots`, of which `seat_of` tells.
+    /// Places `instances`, whose objects are in the slots `slots`, of which `seat_of` tells, with the number of triangles.
     /// Instances without a slot (`u32::MAX`) or with empty bounds draw nothing, nor do those
     /// whose matrix is not finite or not invertible.
     ///
@@ -83,25 +100,30 @@ impl Placed {
         &mut self,
         instances: &[Instance],
         slots: &[u32],
-        seat_of: impl Fn(u32) -> Seat + Sync,
+        seat_of: impl Fn(u32) -> (Seat, u64) + Sync,
     ) -> Result<(), OutOfMemory> {
-        self.clear();
+        self.outliers.clear();
+        self.boxed.clear();
         let Self { records, boxes, outliers, boxed, fates, .. } = self;
         let count = instances.len().min(slots.len());
         let reserved = records.try_reserve(count).and(boxes.try_reserve(count)).and(fates.try_reserve(count));
         let bytes = count.saturating_mul(size_of::<InstanceRecord>());
-        reserved.and(boxed.try_reserve(count)).map_err(|_| OutOfMemory { bytes })?;
+        if reserved.and(boxed.try_reserve(count)).is_err() {
+            self.clear();
+            return Err(OutOfMemory { bytes });
+        }
+        // What the frame before left is written over.
         records.resize(count, NOWHERE);
         boxes.resize(count, Aabb::EMPTY);
         fates.resize(count, Fate::Nothing);
 
         let (instances, slots) = (&instances[..count], &slots[..count]);
-        let one = |number: usize, record: &mut InstanceRecord, aabb: &mut Aabb, error: &mut DMat3| {
+        let one = |number: usize, record: &mut InstanceRecord, aabb: &mut Aabb, sum: &mut Sum| {
             let (Instance { object, world_from_object }, slot) = (instances[number], slots[number]);
             if slot == u32::MAX {
                 return Fate::Nothing;
             }
-            let seat = seat_of(slot);
+            let (seat, triangles) = seat_of(slot);
             if matches!(seat, Seat::Object(b) | Seat::World(b) if b.is_empty()) {
                 return Fate::Nothing;
             }
@@ -122,7 +144,7 @@ impl Placed {
                         }
                         Some(Reach::Box { bounds, error: own }) => {
                             *aabb = bounds;
-                            *error = larger(*error, own);
+                            sum.error = larger(sum.error, own);
                             (space, Fate::Boxed)
                         }
                     }
@@ -131,29 +153,34 @@ impl Placed {
                     *aabb = bounds;
                     (Space::World, Fate::Boxed)
                 }
-                Seat::Merged => (Space::Merged, Fate::Merged),
+                Seat::Merged => {
+                    *aabb = Aabb::EMPTY;
+                    (Space::Merged, Fate::Merged)
+                }
             };
             *record = InstanceRecord { instance: number as u32, slot, object, world_from_object, space };
+            sum.triangles += triangles;
             fate
         };
         let chunk = |first: usize, records: &mut [InstanceRecord], boxes: &mut [Aabb], fates: &mut [Fate]| {
-            let mut error = DMat3::ZERO;
+            let mut sum = Sum::ZERO;
             for (i, ((record, aabb), fate)) in records.iter_mut().zip(boxes).zip(fates).enumerate() {
-                *fate = one(first + i, record, aabb, &mut error);
+                *fate = one(first + i, record, aabb, &mut sum);
             }
-            error
+            sum
         };
-        let error = if count < PARALLEL {
+        let sum = if count < PARALLEL {
             chunk(0, records, boxes, fates)
         } else {
             let parts = records.par_chunks_mut(CHUNK).zip(boxes.par_chunks_mut(CHUNK)).zip(fates.par_chunks_mut(CHUNK));
             parts
                 .enumerate()
                 .map(|(i, ((records, boxes), fates))| chunk(i * CHUNK, records, boxes, fates))
-                .reduce(|| DMat3::ZERO, larger)
+                .reduce(|| Sum::ZERO, Sum::join)
         };
         // Rounding to f32 is covered by the slack in the error's constant.
-        self.origin_error = error.as_mat3();
+        self.origin_error = sum.error.as_mat3();
+        self.triangles = sum.triangles;
 
         // Taking out is rare: one object that is not there, one matrix that is singular.
         let mut kept = 0;

@@ -106,7 +106,7 @@ impl TopLevelBvh {
 
         let item = |&i: &u32| Item::new(i, &boxes[i as usize]);
         let root = if count > CHUNK {
-            numbers.par_iter().with_min_len(CHUNK / 4).map(item).collect_into_vec(items);
+            numbers.par_iter().with_min_len(CHUNK / 2).map(item).collect_into_vec(items);
             let none = || Range::of(&[], 0);
             items.par_chunks(CHUNK).map(|chunk| Range::of(chunk, 0)).reduce(none, Range::join)
         } else {
@@ -115,7 +115,11 @@ impl TopLevelBvh {
         };
         *bounds = root.bounds.to_aabb();
         build_node(nodes, 0, items, 0, root, 0);
-        refs.extend(items.iter().map(Item::index));
+        if count > CHUNK {
+            items.par_iter().with_min_len(CHUNK).map(Item::index).collect_into_vec(refs);
+        } else {
+            refs.extend(items.iter().map(Item::index));
+        }
         Ok(())
     }
 

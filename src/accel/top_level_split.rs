@@ -13,7 +13,7 @@ const BINS: usize = 16;
 /// Ranges of up to this many boxes are swept exactly.
 const SWEEP: usize = 8;
 /// Ranges above are binned in parallel, in chunks of this size.
-pub(super) const CHUNK: usize = 4096;
+pub(super) const CHUNK: usize = 2048;
 
 /// An instance's box and number, 32 bytes. The number sits in the unused lane of `lo`, in the mantissa and the low bits of the
 /// exponent of an ordinary number: denormals make arithmetic slow.

@@ -227,11 +227,12 @@ impl TwoLevel {
         }
         let seat_of = |slot| {
             let object: &ObjectAccel = &objects[slot as usize];
-            match object.placed() {
+            let seat = match object.placed() {
                 Some(_) if object.is_merged() => Seat::Merged,
                 Some(_) => Seat::World(object.bounds()),
                 None => Seat::Object(object.bounds()),
-            }
+            };
+            (seat, object.triangles())
         };
         let mut result = placed.place(instances, slots, seat_of);
         if let (Some(merged), Ok(())) = (statics.merged(), result) {
@@ -245,8 +246,7 @@ impl TwoLevel {
         if let Err(error) = result.and(built) {
             stats.out_of_memory += error.bytes as u64;
         }
-        let drawn = placed.records.iter().filter(|r| r.instance != u32::MAX);
-        stats.triangles = drawn.map(|r| objects[r.slot as usize].triangles()).sum();
+        stats.triangles = placed.triangles;
     }
 
     fn drop_deleted(&mut self, scene: &Scene) {

@@ -6,7 +6,7 @@
 //! of the slab test: `0 * inf` cannot occur.
 
 use crate::accel::{Aabb, MAX_COORDINATE};
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 
 /// Relative widening of a slab exit distance. The three roundings of a slab distance need 3 units in the last place
 /// (Ize 2013); the shear of the triangle test adds up to 5 on either side. 16 covers both.
@@ -51,28 +51,48 @@ impl PreparedRay {
     /// or the interval is empty.
     #[inline]
     pub fn new(ray: &Ray) -> Option<Self> {
+        Self::with_reciprocal(ray, reciprocal(ray))
+    }
+
+    /// As [`PreparedRay::new`], but None also for a ray that does not enter `aabb` before `limit`. What only triangles ask for
+    /// is computed last: most rays that reach the world box of an instance miss its object's box.
+    #[inline(always)]
+    pub(super) fn entering(ray: &Ray, aabb: &Aabb, limit: f32) -> Option<Self> {
+        let inv_dir = reciprocal(ray);
+        let (org, lo, hi) = (Vec3A::from(ray.org), Vec3A::from(aabb.lo), Vec3A::from(aabb.hi));
+        let down = inv_dir.cmplt(Vec3A::ZERO);
+        let enter = ((Vec3A::select(down, hi, lo) - org) * inv_dir).max_element();
+        let exit = ((Vec3A::select(down, lo, hi) - org) * inv_dir).min_element();
+        let enter = if ray.tmin > enter { ray.tmin } else { enter };
+        // Written so that NaN fails.
+        if !(enter <= (exit * SLAB_PAD).min(limit)) {
+            return None;
+        }
+        Self::with_reciprocal(ray, inv_dir)
+    }
+
+    #[inline(always)]
+    fn with_reciprocal(ray: &Ray, inv_dir: Vec3A) -> Option<Self> {
         let tmin = if ray.tmin > 0.0 { ray.tmin } else { 0.0 };
         let biggest = ray.dir.abs();
-        let z = if biggest.x >= biggest.y && biggest.x >= biggest.z {
-            0
+        let Vec3 { x, y, z } = ray.dir;
+        let (axis, [first, second, depth]) = if biggest.x >= biggest.y && biggest.x >= biggest.z {
+            ([1, 2, 0], [y, z, x])
         } else if biggest.y >= biggest.z {
-            1
+            ([2, 0, 1], [z, x, y])
         } else {
-            2
+            ([0, 1, 2], [x, y, z])
         };
-        let length = biggest[z];
         // Written so that NaN fails.
-        let usable = length >= MIN_DIRECTION
+        let usable = depth.abs() >= MIN_DIRECTION
             && (biggest.x + biggest.y) + biggest.z <= f32::MAX
             && ray.org.abs().cmple(Vec3::splat(MAX_COORDINATE)).all()
             && tmin <= ray.tmax;
         if !usable {
             return None;
         }
-        let axis = [(z + 1) % 3, (z + 2) % 3, z];
-        let shear = Vec3::new(ray.dir[axis[0]] / ray.dir[z], ray.dir[axis[1]] / ray.dir[z], 1.0 / ray.dir[z]);
-        let inv = |d: f32| (1.0 / d).clamp(-f32::MAX, f32::MAX);
-        let inv_dir = Vec3::new(inv(ray.dir.x), inv(ray.dir.y), inv(ray.dir.z));
+        let shear = Vec3A::new(first, second, 1.0) / Vec3A::splat(depth);
+        let (inv_dir, shear) = (inv_dir.into(), shear.into());
         Some(Self { org: ray.org, dir: ray.dir, inv_dir, tmin, tmax: ray.tmax, axis, shear })
     }
 
@@ -92,6 +112,12 @@ impl PreparedRay {
         }
         (enter, exit)
     }
+}
+
+/// `1 / dir`, kept finite.
+#[inline(always)]
+fn reciprocal(ray: &Ray) -> Vec3A {
+    (Vec3A::ONE / Vec3A::from(ray.dir)).clamp(Vec3A::splat(-f32::MAX), Vec3A::splat(f32::MAX))
 }
 
 /// Directions whose largest component is smaller count as 0: their reciprocal would overflow.

@@ -189,22 +189,19 @@ fn visit<const ANY: bool>(
     ray: &PreparedRay,
     best: &mut Hit,
 ) -> bool {
+    let accel = || &world.objects()[record.slot as usize];
     let transformed;
     let local = match &record.space {
         Space::Object { object_from_world } => {
-            let Some(local) = PreparedRay::new(&transform(object_from_world, ray)) else { return false };
+            let local = transform(object_from_world, ray);
+            let Some(local) = PreparedRay::entering(&local, &accel().bounds(), best.t) else { return false };
             transformed = local;
             &transformed
         }
         Space::World => ray,
         Space::Merged => return visit_merged::<ANY>(world, kernels, ray, best),
     };
-    let accel = &world.objects()[record.slot as usize];
-    let (enter, exit) = local.slab(&accel.bounds());
-    if !(enter.max(local.tmin) <= (exit * SLAB_PAD).min(best.t)) {
-        return false;
-    }
-    match (accel.structure(), ANY) {
+    match (accel().structure(), ANY) {
         (Structure::Bvh(bvh), false) => kernels.intersect(bvh, local, record.object, record.instance, best),
         (Structure::Bvh(bvh), true) => kernels.occluded(bvh, local),
         (Structure::Bsp(bsp), false) => traverse_bsp::intersect(bsp, local, record.object, record.instance, best),

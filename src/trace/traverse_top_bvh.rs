@@ -182,16 +182,14 @@ unsafe fn visit<I: Isa, const ANY: bool>(
             let accel = &world.objects()[record.slot as usize];
             let local = match space {
                 Space::Object { object_from_world } => {
-                    let Some(local) = PreparedRay::new(&transform(object_from_world, ray)) else { return false };
+                    let local = transform(object_from_world, ray);
+                    let Some(local) = PreparedRay::entering(&local, &accel.bounds(), best.t) else { return false };
                     transformed = local;
                     &transformed
                 }
+                // The lane of the top level was the object's own box.
                 _ => ray,
             };
-            let (enter, exit) = local.slab(&accel.bounds());
-            if !(enter.max(local.tmin) <= (exit * SLAB_PAD).min(best.t)) {
-                return false;
-            }
             match accel.structure() {
                 Structure::Bvh(bvh) => (local, bvh),
                 Structure::Bsp(bsp) if ANY => return traverse_bsp::occluded(bsp, local),
