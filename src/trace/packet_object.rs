@@ -4,8 +4,9 @@ use super::Hit;
 use super::packet::{Found, GROUPS, LANES, Packet};
 use super::packet_boxes::Slabs;
 use super::packet_triangles::intersect_leaf;
-use super::traverse_bvh::traverse_below;
+use super::traverse_bvh::{SlabLanes, traverse_below};
 use super::traverse_packet::{Leaves, traverse_packet};
+use super::triangle4::RayLanes;
 use crate::accel::{Bvh, ChildRef};
 use crate::simd::{Isa, prefetch};
 
@@ -66,16 +67,19 @@ impl<I: Isa, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
     unsafe fn alone(&mut self, child: ChildRef, r: usize, found: &mut Found) {
         let Self { bvh, packet, object, instance } = *self;
         let t = &mut found.t[r / LANES % GROUPS][r % LANES];
-        let ray = packet.ray(r, *t);
+        let tmax = *t;
         // SAFETY: the caller's promise.
         unsafe {
+            let lanes = (SlabLanes::<I>::of_packet(packet, r), RayLanes::<I>::of_packet(packet, r));
+            let ray = || packet.ray(r, tmax);
             if ANY {
-                if traverse_below::<I, true>(bvh, child, &ray, object, instance, &mut Hit::none(*t)) {
+                let none = &mut Hit::none(tmax);
+                if traverse_below::<I, true, _>(bvh, child, &lanes, ray, object, instance, none) {
                     found.open &= !(1 << r);
                 }
             } else {
                 let best = &mut found.hits[r];
-                if traverse_below::<I, false>(bvh, child, &ray, object, instance, best) {
+                if traverse_below::<I, false, _>(bvh, child, &lanes, ray, object, instance, best) {
                     *t = best.t;
                 }
             }

@@ -18,17 +18,19 @@
 //! the stack (-3 to -10 %), prefetching the line of the references (±2 %), leaving the children
 //! unsorted when any hit will do (within the noise). What helped: huge pages (+10 to +15 %).
 
-use super::triangle4::{RayLanes, intersect4};
+use super::packet::{GROUPS, LANES, Packet};
+use super::triangle4::{RayLanes, edges4, resolve};
 use super::{Hit, PreparedRay, SLAB_PAD};
 use crate::accel::{Bvh, ChildRef, MAX_DEPTH, Node8, WIDTH};
 use crate::simd::{Isa, Vector};
+use std::borrow::Borrow;
 use std::mem::MaybeUninit;
 
 /// A node leaves at most all children but one on the stack, and they are of one path.
 const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
 
 /// What the slab tests derive from a ray, in registers.
-struct SlabLanes<I: Isa> {
+pub(super) struct SlabLanes<I: Isa> {
     org: [I::F8; 3],
     inv_dir: [I::F8; 3],
     tmin: I::F8,
@@ -49,6 +51,26 @@ impl<I: Isa> SlabLanes<I> {
                 inv_dir: [I::F8::splat(ray.inv_dir.x), I::F8::splat(ray.inv_dir.y), I::F8::splat(ray.inv_dir.z)],
                 tmin: I::F8::splat(ray.tmin),
                 near,
+            }
+        }
+    }
+
+    /// Those of ray `r` of a packet.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    pub(super) unsafe fn of_packet(packet: &Packet, r: usize) -> Self {
+        let (g, l) = (r / LANES % GROUPS, r % LANES);
+        // SAFETY: the caller's promise.
+        unsafe {
+            let (org, inv) = (&packet.org, &packet.inv_dir);
+            let down = |k: usize| (packet.negative[k] >> r & 1) as usize;
+            Self {
+                org: [I::F8::splat(org[0][g][l]), I::F8::splat(org[1][g][l]), I::F8::splat(org[2][g][l])],
+                inv_dir: [I::F8::splat(inv[0][g][l]), I::F8::splat(inv[1][g][l]), I::F8::splat(inv[2][g][l])],
+                tmin: I::F8::splat(packet.tmin[g][l]),
+                near: [down(0), 2 + down(1), 4 + down(2)],
             }
         }
     }
@@ -87,18 +109,23 @@ pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
     best: &mut Hit,
 ) -> bool {
     // SAFETY: the caller's promise; a tree that is not empty has a root.
-    !bvh.is_empty() && unsafe { traverse_below::<I, ANY>(bvh, ChildRef::node(0), ray, object, instance, best) }
+    unsafe {
+        let lanes = (SlabLanes::<I>::new(ray), RayLanes::<I>::new(ray));
+        !bvh.is_empty() && traverse_below::<I, ANY, _>(bvh, ChildRef::node(0), &lanes, || ray, object, instance, best)
+    }
 }
 
-/// [`traverse`], from `child` down.
+/// [`traverse`], from `child` down. What the loop needs of the ray is in `lanes`; `ray` is asked for the rest where a triangle
+/// may be hit.
 ///
 /// # Safety
 /// - The processor has the instruction set `I`; `child` is of `bvh`.
 #[inline(always)]
-pub(super) unsafe fn traverse_below<I: Isa, const ANY: bool>(
+pub(super) unsafe fn traverse_below<I: Isa, const ANY: bool, R: Borrow<PreparedRay>>(
     bvh: &Bvh,
     child: ChildRef,
-    ray: &PreparedRay,
+    (slabs, lanes): &(SlabLanes<I>, RayLanes<I>),
+    ray: impl Fn() -> R,
     object: u32,
     instance: u32,
     best: &mut Hit,
@@ -112,8 +139,6 @@ pub(super) unsafe fn traverse_below<I: Isa, const ANY: bool>(
     // and paths have at most MAX_DEPTH nodes (its invariants, checked on construction); every visited node replaces
     // one reference by at most WIDTH, so the stack holds at most STACK, and entries below `depth` have been written.
     unsafe {
-        let slabs = SlabLanes::<I>::new(ray);
-        let lanes = RayLanes::<I>::new(ray);
         let mut limit = I::F8::splat(best.t);
         loop {
             // Down to a leaf.
@@ -161,7 +186,8 @@ pub(super) unsafe fn traverse_below<I: Isa, const ANY: bool>(
             if reached {
                 let mut closer = false;
                 for block in blocks.get_unchecked(current.blocks()) {
-                    closer |= intersect4::<I, ANY>(ray, &lanes, block, object, instance, best);
+                    let Some((candidates, edges)) = edges4(lanes, block) else { continue };
+                    closer |= resolve::<ANY>(ray().borrow(), block, candidates, &edges, object, instance, best);
                     if ANY && closer {
                         return true;
                     }

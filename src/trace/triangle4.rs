@@ -65,28 +65,6 @@ pub(super) struct Edges {
     depth: [[f32; BLOCK]; 3],
 }
 
-/// Tests the block against the ray's own interval and `best`, which every hit that comes before it replaces
-/// (with the number of the triangle and of `best`'s candidate object and instance). With `ANY` the first hit ends the test.
-/// Returns whether there was a hit that counts.
-///
-/// # Safety
-/// - The processor has the instruction set `I`.
-#[inline(always)]
-pub(super) unsafe fn intersect4<I: Isa, const ANY: bool>(
-    ray: &PreparedRay,
-    lanes: &RayLanes<I>,
-    block: &Tri4,
-    object: u32,
-    instance: u32,
-    best: &mut Hit,
-) -> bool {
-    // SAFETY: the caller's promise.
-    match unsafe { edges4(lanes, block) } {
-        Some((candidates, edges)) => resolve::<ANY>(ray, block, candidates, &edges, object, instance, best),
-        None => false,
-    }
-}
-
 /// The lanes that the edge functions leave, if any, and what they have computed.
 ///
 /// # Safety
@@ -126,7 +104,9 @@ pub(super) unsafe fn edges4<I: Isa>(lanes: &RayLanes<I>, block: &Tri4) -> Option
     }
 }
 
-/// The scalar rest. Out of line, so that the traversal loop around it keeps its registers.
+/// The scalar rest: tests the candidates of a block against the ray's own interval and `best`, which every hit that comes before it replaces
+/// (with the number of the triangle and of `best`'s candidate object and instance). With `ANY` the first hit ends the test.
+/// Returns whether there was a hit that counts. Out of line, so that the traversal loop around it keeps its registers.
 #[inline(never)]
 pub(super) fn resolve<const ANY: bool>(
     ray: &PreparedRay,
