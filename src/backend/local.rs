@@ -17,8 +17,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Rays that one job of a batch traces: enough to hide the cost of a job, few enough to share the work.
-const RAYS_PER_JOB: usize = 256;
+/// Rays that one job of a batch traces, at the least and at the most. Coherent ones fill packets as they come; others are sorted into
+/// packets within a job, so that it needs many.
+const COHERENT_JOB: (usize, usize) = (64, 4096);
+const INCOHERENT_JOB: (usize, usize) = (1024, 4096);
+/// Jobs per thread, if there are rays enough: some take longer than others.
+const JOBS: usize = 4;
 
 /// Why no back-end could be set up.
 #[derive(Debug)]
@@ -166,7 +170,7 @@ impl Local {
     /// # Errors
     /// No memory for the answer; or as [`Local::finish_frame`].
     pub fn intersect(&mut self, rays: &[Ray], coherent: bool) -> Result<Vec<Option<Hit>>, FrameFailure> {
-        self.trace(rays, coherent, None, |tracer, ray| tracer.intersect(ray))
+        self.trace(rays, coherent, None, |tracer, rays, hits| tracer.intersect_many(rays, hits))
     }
 
     /// Whether anything lies on each ray.
@@ -174,7 +178,7 @@ impl Local {
     /// # Errors
     /// As [`Local::intersect`].
     pub fn occluded(&mut self, rays: &[Ray], coherent: bool) -> Result<Vec<bool>, FrameFailure> {
-        self.trace(rays, coherent, false, |tracer, ray| tracer.occluded(ray))
+        self.trace(rays, coherent, false, |tracer, rays, answers| tracer.occluded_many(rays, answers))
     }
 
     /// What the camera of the last frame sees at window coordinates `x`, `y` (pixel centres at .5, origin at the lower left).
@@ -207,7 +211,7 @@ impl Local {
         rays: &[Ray],
         coherent: bool,
         empty: T,
-        one: impl Fn(&Tracer<'_>, &Ray) -> T + Sync,
+        many: impl Fn(&Tracer<'_>, &[Ray], &mut [T]) + Sync,
     ) -> Result<Vec<T>, FrameFailure> {
         let (pool, world) = self.landed_world()?;
         let mut out = Vec::new();
@@ -215,16 +219,13 @@ impl Local {
         out.try_reserve_exact(rays.len())
             .map_err(|_| FrameFailure::OutOfMemory(format!("no memory for the answers to {bytes} bytes of rays")))?;
         out.resize(rays.len(), empty);
-        // Coherent rays are kept together in longer runs, which meet the same nodes.
-        let run = if coherent { 4 * RAYS_PER_JOB } else { RAYS_PER_JOB };
+        let (least, most) = if coherent { COHERENT_JOB } else { INCOHERENT_JOB };
         guarded(|| {
             let tracer = world.renderer.tracer();
             pool.install(|| {
-                out.par_chunks_mut(run).zip(rays.par_chunks(run)).for_each(|(out, rays)| {
-                    for (answer, ray) in out.iter_mut().zip(rays) {
-                        *answer = one(&tracer, ray);
-                    }
-                });
+                let share = rays.len() / (JOBS * rayon::current_num_threads());
+                let job = share.next_multiple_of(64).clamp(least, most);
+                out.par_chunks_mut(job).zip(rays.par_chunks(job)).for_each(|(out, rays)| many(&tracer, rays, out));
             });
             Ok(())
         })?;

@@ -7,6 +7,9 @@ use crate::accel::TwoLevel;
 /// transforms, reciprocals and products stay clear of overflow and denormals.
 const USUAL_LENGTH: std::ops::RangeInclusive<f32> = 1.0 / (1 << 20) as f32..=(1 << 20) as f32;
 
+/// Fewer rays than this are traced one by one: a packet has to be set up.
+const WORTH_A_PACKET: usize = 4;
+
 /// Answers ray queries against one frame's structures. Cheap to copy; shared by all threads.
 #[derive(Clone, Copy)]
 pub struct Tracer<'a> {
@@ -44,9 +47,12 @@ impl<'a> Tracer<'a> {
     /// When the slices differ in length.
     pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len(), "one answer per ray");
-        // SAFETY: holding kernels proves that the processor can run them.
-        unsafe { (self.kernels.intersect_many)(self.world, rays, hits) };
-        for (ray, hit) in rays.iter().zip(hits).filter(|(ray, _)| !is_usual(ray)) {
+        let packets = rays.len() >= WORTH_A_PACKET;
+        if packets {
+            // SAFETY: holding kernels proves that the processor can run them.
+            unsafe { (self.kernels.intersect_many)(self.world, rays, hits) };
+        }
+        for (ray, hit) in rays.iter().zip(hits).filter(|(ray, _)| !packets || !is_usual(ray)) {
             *hit = self.intersect(ray);
         }
     }
@@ -57,9 +63,12 @@ impl<'a> Tracer<'a> {
     /// When the slices differ in length.
     pub fn occluded_many(&self, rays: &[Ray], answers: &mut [bool]) {
         assert_eq!(rays.len(), answers.len(), "one answer per ray");
-        // SAFETY: as in `intersect_many`.
-        unsafe { (self.kernels.occluded_many)(self.world, rays, answers) };
-        for (ray, answer) in rays.iter().zip(answers).filter(|(ray, _)| !is_usual(ray)) {
+        let packets = rays.len() >= WORTH_A_PACKET;
+        if packets {
+            // SAFETY: as in `intersect_many`.
+            unsafe { (self.kernels.occluded_many)(self.world, rays, answers) };
+        }
+        for (ray, answer) in rays.iter().zip(answers).filter(|(ray, _)| !packets || !is_usual(ray)) {
             *answer = self.occluded(ray);
         }
     }
