@@ -16,6 +16,7 @@ mod packet_boxes;
 mod packet_object;
 mod packet_scene;
 mod packet_triangles;
+mod stack;
 mod tracer;
 mod traverse_bsp;
 mod traverse_bvh;

@@ -7,9 +7,7 @@
 //! ```
 //!
 //! After Wald, Benthin, Boulos, *Getting Rid of Packets* (2008), and Embree's single-ray kernels. Near and far planes
-//! are chosen by the signs of the direction, once per ray, as rows of the node. A stack entry is one 64-bit
-//! word, distance above and child below: distances are not negative, so their bits sort like numbers and a pair is
-//! sorted by two conditional moves.
+//! are chosen by the signs of the direction, once per ray, as rows of the node.
 //!
 //! A box is entered when `max(enter, tmin) <= min(exit * SLAB_PAD, best t)`; with `<=`, as a triangle at an equal distance may win
 //! by its number. The same operations as [`PreparedRay::slab`], so every instruction set visits the same nodes.
@@ -19,15 +17,13 @@
 //! unsorted when any hit will do (within the noise). What helped: huge pages (+10 to +15 %).
 
 use super::packet::{GROUPS, LANES, Packet};
+use super::stack::{STACK, Stack, pop, push};
 use super::triangle4::{RayLanes, edges4, resolve};
 use super::{Hit, PreparedRay, SLAB_PAD};
-use crate::accel::{Bvh, ChildRef, MAX_DEPTH, Node8, WIDTH};
+use crate::accel::{Bvh, ChildRef, Node8};
 use crate::simd::{Isa, Vector};
 use std::borrow::Borrow;
 use std::mem::MaybeUninit;
-
-/// A node leaves at most all children but one on the stack, and they are of one path.
-const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
 
 /// What the slab tests derive from a ray, in registers.
 pub(super) struct SlabLanes<I: Isa> {
@@ -131,13 +127,13 @@ pub(super) unsafe fn traverse_below<I: Isa, const ANY: bool, R: Borrow<PreparedR
     best: &mut Hit,
 ) -> bool {
     let (nodes, blocks) = (bvh.nodes(), bvh.blocks());
-    let mut stack = [const { MaybeUninit::<u64>::uninit() }; STACK];
-    let mut depth = 0usize;
+    let mut stack: Stack = [const { MaybeUninit::uninit() }; STACK];
+    let mut depth = 0;
     let mut found = false;
     let mut current = child;
     // SAFETY: the caller's promise, for all vector operations. The references in a `Bvh` are to its own nodes and blocks
-    // and paths have at most MAX_DEPTH nodes (its invariants, checked on construction); every visited node replaces
-    // one reference by at most WIDTH, so the stack holds at most STACK, and entries below `depth` have been written.
+    // and paths have at most MAX_DEPTH nodes (its invariants, checked on construction); all nodes but
+    // the first come from the stack.
     unsafe {
         let mut limit = I::F8::splat(best.t);
         loop {
@@ -147,41 +143,11 @@ pub(super) unsafe fn traverse_below<I: Isa, const ANY: bool, R: Borrow<PreparedR
                     break true;
                 }
                 let node = nodes.get_unchecked(current.index());
-                let (mut mask, enter) = slabs.test(node, limit);
+                let (mask, enter) = slabs.test(node, limit);
                 if mask == 0 {
                     break false;
                 }
-                let child = |mask: u32| *node.children.get_unchecked(mask.trailing_zeros() as usize & (WIDTH - 1));
-                let nearest = mask & (mask - 1);
-                if nearest == 0 {
-                    current = child(mask);
-                    continue;
-                }
-                let mut distance = [0.0f32; WIDTH];
-                enter.store(&mut distance);
-                let entry = |mask: u32| {
-                    let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
-                    u64::from(distance.get_unchecked(lane).to_bits()) << 32
-                        | u64::from(node.children.get_unchecked(lane).to_bits())
-                };
-                // Insertion from the top of the stack: the nearest stays in `carried`.
-                let base = depth;
-                let mut carried = entry(mask);
-                mask = nearest;
-                while mask != 0 {
-                    let next = entry(mask);
-                    mask &= mask - 1;
-                    let (near, far) = if next < carried { (next, carried) } else { (carried, next) };
-                    carried = near;
-                    let mut at = depth;
-                    while at > base && stack.get_unchecked(at - 1).assume_init() < far {
-                        *stack.get_unchecked_mut(at) = *stack.get_unchecked(at - 1);
-                        at -= 1;
-                    }
-                    stack.get_unchecked_mut(at).write(far);
-                    depth += 1;
-                }
-                current = ChildRef::from_bits(carried as u32);
+                current = push::<I>(&mut stack, &mut depth, node, mask, enter);
             };
             if reached {
                 let mut closer = false;
@@ -198,17 +164,8 @@ pub(super) unsafe fn traverse_below<I: Isa, const ANY: bool, R: Borrow<PreparedR
                 }
             }
             // Back to what is left.
-            loop {
-                if depth == 0 {
-                    return found;
-                }
-                depth -= 1;
-                let entry = stack.get_unchecked(depth).assume_init();
-                if ANY || f32::from_bits((entry >> 32) as u32) <= best.t {
-                    current = ChildRef::from_bits(entry as u32);
-                    break;
-                }
-            }
+            let Some(next) = pop::<ANY>(&stack, &mut depth, best.t) else { return found };
+            current = next;
         }
     }
 }

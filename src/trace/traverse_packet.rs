@@ -19,12 +19,11 @@
 
 use super::packet::{Found, bits, groups_of};
 use super::packet_boxes::{Bounds, Slabs, entering, greatest, ray_by_ray, still_before};
-use crate::accel::{ChildRef, MAX_DEPTH, Node8, WIDTH};
+use super::stack::STACK;
+use crate::accel::{ChildRef, Node8, WIDTH};
 use crate::simd::{Isa, Vector};
 use std::mem::MaybeUninit;
 
-/// A node leaves at most all children but one on the stack, and they are of one path.
-const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
 /// From this many rays per group, vectors of rays beat vectors of children.
 const DENSE: u32 = 2;
 

@@ -8,15 +8,13 @@
 //!
 //! Each instance is in one leaf, so there is no mailbox.
 
+use super::stack::{STACK, Stack, pop, push};
 use super::traverse_bvh;
 use super::traverse_scene::{SceneRay, transform};
 use super::{Hit, PreparedRay, SLAB_PAD, traverse_bsp};
-use crate::accel::{ChildRef, InstanceRecord, MAX_DEPTH, Node8, Space, Structure, TopLevelBvh, TwoLevel, WIDTH};
+use crate::accel::{ChildRef, InstanceRecord, Node8, Space, Structure, TopLevelBvh, TwoLevel};
 use crate::simd::{Isa, Vector};
 use std::mem::MaybeUninit;
-
-/// A node leaves at most all children but one on the stack, and they are of one path.
-const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
 
 /// What the slab tests derive from a ray, in registers.
 struct SlabLanes<I: Isa> {
@@ -80,14 +78,14 @@ pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
         return false;
     }
     let (nodes, refs, records) = (tree.nodes(), tree.refs(), world.instances());
-    let mut stack = [const { MaybeUninit::<u64>::uninit() }; STACK];
-    let mut depth = 0usize;
+    let mut stack: Stack = [const { MaybeUninit::uninit() }; STACK];
+    let mut depth = 0;
     let mut found = false;
     let mut current = ChildRef::node(0);
     let scene_ray = SceneRay::new(world, ray);
     // SAFETY: the caller's promise, for all vector operations. A tree's references are to its own nodes and to its own `refs`, and paths
-    // have at most MAX_DEPTH nodes (by its construction); every visited node replaces one reference by at most
-    // WIDTH, so the stack holds at most STACK, and entries below `depth` have been written.
+    // have at most MAX_DEPTH nodes (by its construction); all nodes but the root come from
+    // the stack.
     unsafe {
         let slabs = SlabLanes::<I>::new(&scene_ray);
         let mut limit = I::F8::splat(best.t * SLAB_PAD);
@@ -98,41 +96,11 @@ pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
                     break true;
                 }
                 let node = nodes.get_unchecked(current.index());
-                let (mut mask, enter) = slabs.test(node, limit);
+                let (mask, enter) = slabs.test(node, limit);
                 if mask == 0 {
                     break false;
                 }
-                let child = |mask: u32| *node.children.get_unchecked(mask.trailing_zeros() as usize & (WIDTH - 1));
-                let nearest = mask & (mask - 1);
-                if nearest == 0 {
-                    current = child(mask);
-                    continue;
-                }
-                let mut distance = [0.0f32; WIDTH];
-                enter.store(&mut distance);
-                let entry = |mask: u32| {
-                    let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
-                    u64::from(distance.get_unchecked(lane).to_bits()) << 32
-                        | u64::from(node.children.get_unchecked(lane).to_bits())
-                };
-                // Insertion from the top of the stack: the nearest stays in `carried`.
-                let base = depth;
-                let mut carried = entry(mask);
-                mask = nearest;
-                while mask != 0 {
-                    let next = entry(mask);
-                    mask &= mask - 1;
-                    let (near, far) = if next < carried { (next, carried) } else { (carried, next) };
-                    carried = near;
-                    let mut at = depth;
-                    while at > base && stack.get_unchecked(at - 1).assume_init() < far {
-                        *stack.get_unchecked_mut(at) = *stack.get_unchecked(at - 1);
-                        at -= 1;
-                    }
-                    stack.get_unchecked_mut(at).write(far);
-                    depth += 1;
-                }
-                current = ChildRef::from_bits(carried as u32);
+                current = push::<I>(&mut stack, &mut depth, node, mask, enter);
             };
             if reached {
                 for &index in &refs[current.blocks()] {
@@ -146,17 +114,8 @@ pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
                 }
             }
             // Back to what is left.
-            loop {
-                if depth == 0 {
-                    return found;
-                }
-                depth -= 1;
-                let entry = stack.get_unchecked(depth).assume_init();
-                if ANY || f32::from_bits((entry >> 32) as u32) <= best.t * SLAB_PAD {
-                    current = ChildRef::from_bits(entry as u32);
-                    break;
-                }
-            }
+            let Some(next) = pop::<ANY>(&stack, &mut depth, best.t * SLAB_PAD) else { return found };
+            current = next;
         }
     }
 }
