@@ -16,12 +16,12 @@ pub trait Kernel {
 #[inline]
 pub fn run<K: Kernel>(level: Level, kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
-    if level >= Level::Avx2 && is_x86_feature_detected!("avx2") {
+    if level.min(Level::strongest()) >= Level::Avx2 {
         #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
         fn avx2<K: Kernel>(kernel: K) -> K::Output {
             kernel.run()
         }
-        // SAFETY: the processor has AVX2, and the bit instructions with it (see `Level::strongest`).
+        // SAFETY: `Level::strongest` has asked the processor for all of them.
         return unsafe { avx2(kernel) };
     }
     let _ = level;
