@@ -132,9 +132,11 @@ impl<const ANY: bool> Instances<'_, ANY> {
         unsafe {
             let (packet, mask) = match &record.space {
                 Space::Object { object_from_world } => {
+                    let bounds = world.objects()[record.slot as usize].bounds();
                     local.transform::<I>(object_from_world, rays, mask);
-                    (&**local, local.usable)
+                    (&**local, enters_box::<I>(local, found, local.usable, &bounds))
                 }
+                // The lane of the top level was the object's own box.
                 Space::World => (rays, mask),
                 Space::Merged => {
                     if let Some(merged) = world.merged() {
@@ -143,9 +145,7 @@ impl<const ANY: bool> Instances<'_, ANY> {
                     return;
                 }
             };
-            let accel = &world.objects()[record.slot as usize];
-            let mask = enters_box::<I>(packet, found, mask, &accel.bounds());
-            match accel.structure() {
+            match world.objects()[record.slot as usize].structure() {
                 Structure::Bvh(bvh) => {
                     traverse_object::<I, ANY>(bvh, packet, mask, record.object, record.instance, found);
                 }
