@@ -190,8 +190,7 @@ unsafe fn dense_block<I: Isa, const ANY: bool>(
                     let hit =
                         Hit { t: out[0][l], u: out[1][l], v: out[2][l], prim: block.prims[lane], object, instance };
                     let best = &mut found.hits[LANES * g + l];
-                    if hit.is_before(best) {
-                        *best = hit;
+                    if hit.replaces(best) {
                         found.t[g][l] = hit.t;
                         any = true;
                     }
@@ -227,8 +226,7 @@ fn inexact<const ANY: bool>(
             continue;
         }
         let hit = Hit { t: h.t, u: h.u, v: h.v, prim: block.prims[lane], object, instance };
-        if hit.is_before(&found.hits[r]) {
-            found.hits[r] = hit;
+        if hit.replaces(&mut found.hits[r]) {
             found.t[g][l] = hit.t;
             any = true;
         }

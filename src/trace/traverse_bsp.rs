@@ -52,10 +52,7 @@ fn traverse<const ANY: bool>(bsp: &Bsp, ray: &PreparedRay, object: u32, instance
             return true;
         }
         let hit = Hit { t: h.t, u: h.u, v: h.v, prim, object, instance };
-        if hit.is_before(best) {
-            *best = hit;
-            found = true;
-        }
+        found |= hit.replaces(best);
         false
     };
 

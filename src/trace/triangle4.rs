@@ -133,10 +133,7 @@ pub(super) fn resolve<const ANY: bool>(
             return true;
         }
         let hit = Hit { t: h.t, u: h.u, v: h.v, prim: block.prims[lane], object, instance };
-        if hit.is_before(best) {
-            *best = hit;
-            found = true;
-        }
+        found |= hit.replaces(best);
     }
     found
 }
