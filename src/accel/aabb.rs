@@ -91,6 +91,19 @@ pub fn triangle_bounds(corners: [Vec3; 3]) -> Aabb {
     Aabb { lo: tight.lo - pad, hi: tight.hi + pad }
 }
 
+/// Twice the least area, seen along the ray's longest axis, from which a triangle's hit may be weighed in f32, given its padded box.
+///
+/// Rounding of the edge functions moves the weighed distance by up to 24 half ulps of the triangle's largest side, times the square of that side
+/// over twice the area seen: with this bound by less than 1/8192 of the side. Below the range of f32's full precision no area is enough.
+#[inline(always)]
+pub fn least_area(bounds: &Aabb) -> f32 {
+    let side = bounds.extent().max_element();
+    side * side * LEAST_SEEN + f32::MIN_POSITIVE
+}
+
+/// Share of the square of its largest side that a triangle must be seen with.
+const LEAST_SEEN: f32 = 1.0 / 64.0;
+
 /// A triangle's box is padded by 4 ulps of its largest side,
 pub(super) const PAD_EXTENT: f32 = 1.0 / (1 << 22) as f32;
 /// by at least one ulp of the coordinate, so that no corner lies on a side of the box (a ray in that side's plane has a

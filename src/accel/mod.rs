@@ -25,7 +25,7 @@ mod top_level_split;
 mod two_level;
 mod validate;
 
-pub use aabb::{Aabb, MAX_COORDINATE, triangle_bounds};
+pub use aabb::{Aabb, MAX_COORDINATE, least_area, triangle_bounds};
 pub use bsp::{BSP_MAX_DEPTH, Bsp, BspNode, BspTree};
 pub use bsp_build::Quality;
 pub use build_fast::build_fast;

@@ -11,7 +11,7 @@
 use super::packet::{Found, LANES, Packet, bits, groups, groups_of, splat3};
 use super::triangle4::{RayLanes, edges4, resolve};
 use super::{Hit, SLAB_PAD, triangle};
-use crate::accel::{BLOCK, Tri4, triangle_bounds};
+use crate::accel::{BLOCK, Tri4, least_area, triangle_bounds};
 use crate::simd::{Isa, Vector};
 
 /// Rays per group from which the dense way is the cheaper one.
@@ -140,25 +140,33 @@ unsafe fn dense_block<I: Isa, const ANY: bool>(
                 if candidates == 0 {
                     continue;
                 }
-                // As in `triangle::all_exact`, NaN fails.
-                let (au, av, aw) = (u.abs(), v.abs(), w.abs());
+                // `triangle::weigh`, computed for all and used where it is good. As in `triangle::all_exact`, NaN fails.
                 let infinity = I::F8::splat(f32::INFINITY);
-                let exact =
-                    zero.lt(au) & zero.lt(av) & zero.lt(aw) & au.lt(infinity) & av.lt(infinity) & aw.lt(infinity);
-                if candidates & !exact != 0 {
-                    any |= inexact::<ANY>(packet, candidates & !exact, g, block, lane, object, instance, found);
+                let bounds = triangle_bounds(block.corners(lane));
+                let det = u.add(v).add(w);
+                let inv_det = I::F8::splat(1.0).div(det);
+                let scale = I::F8::load(&packet.shear[2][g]);
+                let (az, bz, cz) = (scale.mul(a[2]), scale.mul(b[2]), scale.mul(c[2]));
+                let numerator = u.mul(az).add(v.mul(bz)).add(w.mul(cz));
+                let (au, av, aw) = (u.abs(), v.abs(), w.abs());
+                let (size, top) = (det.abs(), numerator.abs());
+                let good = zero.lt(au.min(av).min(aw))
+                    & au.lt(infinity)
+                    & av.lt(infinity)
+                    & aw.lt(infinity)
+                    & I::F8::splat(least_area(&bounds)).le(size)
+                    & size.lt(infinity)
+                    & I::F8::splat(triangle::LEAST_NUMERATOR).le(top)
+                    & top.lt(infinity);
+                if candidates & !good != 0 {
+                    any |= inexact::<ANY>(packet, candidates & !good, g, block, lane, object, instance, found);
                 }
-                let candidates = candidates & exact;
+                let candidates = candidates & good;
                 if candidates == 0 {
                     continue;
                 }
-                // `triangle::weigh`.
-                let inv_det = I::F8::splat(1.0).div(u.add(v).add(w));
-                let scale = I::F8::load(&packet.shear[2][g]);
-                let (az, bz, cz) = (scale.mul(a[2]), scale.mul(b[2]), scale.mul(c[2]));
-                let t = u.mul(az).add(v.mul(bz)).add(w.mul(cz)).mul(inv_det);
+                let t = numerator.mul(inv_det);
                 // `triangle::accept`.
-                let bounds = triangle_bounds(block.corners(lane));
                 let mut enter = I::F8::splat(f32::NEG_INFINITY);
                 let mut exit = infinity;
                 for (k, down) in down.into_iter().enumerate() {
@@ -201,7 +209,7 @@ unsafe fn dense_block<I: Isa, const ANY: bool>(
     any
 }
 
-/// Rays through an edge or a vertex, and overflows: the scalar test.
+/// Rays through an edge or a vertex or nearly in the triangle's plane, and overflows: the scalar test.
 #[cold]
 #[inline(never)]
 #[allow(clippy::too_many_arguments)] // one call, from the lanes' loop

@@ -10,9 +10,12 @@
 //!   rounded, the other not): *never contract these*.
 //! * `t` is clamped to the interval in which the ray is inside the triangle's box. For triangles seen edge-on `t` is
 //!   ill-conditioned, and unclamped it could lie outside every box that holds the triangle, so that the winner would depend on the structure.
+//! * For structures that hold parts of triangles (spatial splits) that is not enough: `t` has to be near the point that was hit. So f32 weighs
+//!   only triangles that are seen large enough for their own size ([`least_area`]), where rounding moves `t` by a small part of that
+//!   size; others, and overflows, are weighed in f64, whose products are exact. Of well-shaped triangles these are one hit in some thousands.
 
 use super::{PreparedRay, SLAB_PAD};
-use crate::accel::triangle_bounds;
+use crate::accel::{Aabb, least_area, triangle_bounds};
 use glam::Vec3;
 
 /// Where a ray meets a triangle.
@@ -37,33 +40,49 @@ pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
     let u = c[0] * b[1] - c[1] * b[0];
     let v = a[0] * c[1] - a[1] * c[0];
     let w = b[0] * a[1] - b[1] * a[0];
-    let hit = if all_exact([u, v, w]) {
+    let bounds = triangle_bounds(corners);
+    let in_f32 = if all_exact([u, v, w]) {
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
             return None;
         }
-        weigh(ray, [u, v, w], sheared.map(|p| p[2]))
+        weigh(ray, [u, v, w], sheared.map(|p| p[2]), least_area(&bounds))
     } else {
-        weigh_f64(ray, sheared)?
+        None
     };
-    accept(ray, corners, hit)
+    let hit = match in_f32 {
+        Some(hit) => hit,
+        None => weigh_f64(ray, sheared)?,
+    };
+    accept(ray, &bounds, hit)
 }
 
-/// Whether the edge functions are finite and not 0: then their signs decide, and so do their values.
+/// Whether the edge functions are finite and not 0: then their signs decide.
 #[inline(always)]
 pub(super) fn all_exact(edges: [f32; 3]) -> bool {
     // Written so that NaN fails.
     edges.iter().all(|e| e.abs() > 0.0 && e.abs() < f32::INFINITY)
 }
 
-/// Distance and weights from edge functions of one sign, and the corners' depths before the shear.
+/// Numerators of `t` below have lost bits to underflow.
+pub(super) const LEAST_NUMERATOR: f32 = 1e-30;
+
+/// Distance and weights from edge functions of one sign, and the corners' depths before the shear. None if f32 does not tell them well:
+/// where the triangle is seen smaller than `least_area`, or the sums leave the range.
 #[inline(always)]
-pub(super) fn weigh(ray: &PreparedRay, [u, v, w]: [f32; 3], depth: [f32; 3]) -> TriangleHit {
-    let inv_det = 1.0 / ((u + v) + w);
+pub(super) fn weigh(ray: &PreparedRay, [u, v, w]: [f32; 3], depth: [f32; 3], least_area: f32) -> Option<TriangleHit> {
+    let det = (u + v) + w;
     let [az, bz, cz] = depth.map(|z| ray.shear.z * z);
-    TriangleHit { t: ((u * az + v * bz) + w * cz) * inv_det, u: v * inv_det, v: w * inv_det }
+    let numerator = (u * az + v * bz) + w * cz;
+    // Written so that NaN fails.
+    let is_good = det.abs() >= least_area
+        && det.abs() < f32::INFINITY
+        && numerator.abs() >= LEAST_NUMERATOR
+        && numerator.abs() < f32::INFINITY;
+    let inv_det = 1.0 / det;
+    is_good.then_some(TriangleHit { t: numerator * inv_det, u: v * inv_det, v: w * inv_det })
 }
 
-/// The edge functions in f64, for a ray through an edge or a vertex, or when f32 overflowed.
+/// The edge functions in f64, for a ray through an edge or a vertex, nearly in the triangle's plane, or when f32 overflowed.
 #[cold]
 pub fn weigh_f64(ray: &PreparedRay, sheared: [[f32; 3]; 3]) -> Option<TriangleHit> {
     let [a, b, c] = sheared.map(|p| p.map(f64::from));
@@ -86,12 +105,11 @@ pub fn weigh_f64(ray: &PreparedRay, sheared: [[f32; 3]; 3]) -> Option<TriangleHi
 /// Clamps `t` to the triangle's box and tests it against the ray's interval.
 /// Rare enough (a ray accepts a few triangles) to be scalar in every kernel.
 #[inline]
-pub fn accept(ray: &PreparedRay, corners: [Vec3; 3], hit: TriangleHit) -> Option<TriangleHit> {
-    let bounds = triangle_bounds(corners);
+pub(super) fn accept(ray: &PreparedRay, bounds: &Aabb, hit: TriangleHit) -> Option<TriangleHit> {
     if bounds.is_empty() || hit.t.is_nan() {
         return None;
     }
-    let (enter, exit) = ray.slab(&bounds);
+    let (enter, exit) = ray.slab(bounds);
     let exit = exit * SLAB_PAD;
     // No structure would visit a box that the ray misses; nor may brute force.
     if enter > exit {

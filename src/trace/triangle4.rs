@@ -2,12 +2,12 @@
 //!
 //! The edge functions are the scalar ones, operation by operation. A lane is out when one of its edge functions is
 //! below 0 and another above: both signs are exact (see there), so a third one that is 0 or not a number cannot change it.
-//! That leaves few lanes, and they take the scalar way: at once when all edge functions are finite and not 0,
+//! That leaves few lanes, and they take the scalar way: at once when f32 tells them well (there),
 //! else by way of f64. So the result is that of the scalar test, bit for bit, without a second copy of its rare branches.
 
 use super::packet::{GROUPS, LANES, Packet};
 use super::{Hit, PreparedRay, triangle};
-use crate::accel::{BLOCK, Tri4};
+use crate::accel::{BLOCK, Tri4, least_area, triangle_bounds};
 use crate::simd::{Isa, Vector};
 
 /// What the four-wide test derives from a ray, in registers.
@@ -123,10 +123,13 @@ pub(super) fn resolve<const ANY: bool>(
         candidates &= candidates - 1;
         let weights = edges.weights.map(|e| e[lane]);
         let corners = block.corners(lane);
-        let hit = if triangle::all_exact(weights) {
-            triangle::accept(ray, corners, triangle::weigh(ray, weights, edges.depth.map(|z| z[lane])))
-        } else {
-            triangle::intersect(ray, corners)
+        let bounds = triangle_bounds(corners);
+        let depth = edges.depth.map(|z| z[lane]);
+        let in_f32 =
+            if triangle::all_exact(weights) { triangle::weigh(ray, weights, depth, least_area(&bounds)) } else { None };
+        let hit = match in_f32 {
+            Some(hit) => triangle::accept(ray, &bounds, hit),
+            None => triangle::intersect(ray, corners),
         };
         let Some(h) = hit else { continue };
         if ANY {
