@@ -39,7 +39,7 @@ fn promised(strategy: Strategy) -> Option<f64> {
     match strategy {
         Strategy::Sah => Some(1.0),
         Strategy::FastBuild => Some(1.35),
-        Strategy::Auto => Some(2.0),
+        Strategy::Auto | Strategy::Rotate => Some(2.0),
         Strategy::Bsp | Strategy::Refit => None,
     }
 }

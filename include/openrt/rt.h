@@ -376,6 +376,11 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
  * 2003).
  */
 #define RT_REFIT 0x6014
+/**
+ * Update strategy: as RT_REFIT, but boxes that drift apart change places (Kopta and others 2012), and the
+ * structure is built anew when that is not enough.
+ */
+#define RT_ROTATE 0x6017
 /** Top level: 8-wide bounding volume hierarchy over the instances, see rtTopLevel(). */
 #define RT_TOPLEVEL_BVH 0x6015
 /** Data type: RTbyte. */
@@ -649,7 +654,7 @@ extern "C" {
  *
  * Variables of the environment: OPENRT_NUM_THREADS (number of worker threads; otherwise as many as the process
  * may use), OPENRT_SIMD (scalar, sse, avx2 or avx512: lowers the instruction set that is used), OPENRT_ACCEL
- * (bsp, sah, fast_build or refit: an update strategy for all objects), OPENRT_TOPLEVEL (bsp or bvh: the
+ * (bsp, sah, fast_build, refit or rotate: an update strategy for all objects), OPENRT_TOPLEVEL (bsp or bvh: the
  * structure over the instances), OPENRT_MERGE (now or never: when RT_STATIC instances are merged; otherwise while
  * frames are rendered). Other values are ignored.
  *
@@ -859,7 +864,7 @@ RTAPI RTboolean rtIsObject(RTuint object);
 
 /**
  * Sets a parameter of an object, from the next frame on. RT_UPDATE_STRATEGY: RT_AUTO, RT_BSP, RT_SAH,
- * RT_FAST_BUILD or RT_REFIT. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture,
+ * RT_FAST_BUILD, RT_REFIT or RT_ROTATE. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture,
  * but for rounding: vertices of an RT_STATIC object that is placed once are transformed, for others rays are.
  *
  * Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object,

@@ -198,6 +198,8 @@ pub struct Bvh {
     pub(super) blocks: Vec<Tri4>,
     /// Disjoint, in order; the nodes before the first are the top, refit after all of them.
     pub(super) subtrees: Vec<Subtree>,
+    /// The first node of each level, if nodes are in level order ([`super::level_order`]); else nothing.
+    pub(super) levels: Vec<usize>,
     /// Triangles that were unusable when the tree was built: they have no lane.
     pub(super) dropped: Vec<u32>,
     /// Triangles of the mesh it was built for.
@@ -238,7 +240,8 @@ impl Bvh {
                 }
             }
         }
-        Self { nodes, blocks, subtrees, dropped, prim_count, bounds: Some(bounds), depth: usize::from(deepest) }
+        let levels = Vec::new();
+        Self { nodes, blocks, subtrees, levels, dropped, prim_count, bounds: Some(bounds), depth: usize::from(deepest) }
     }
 
     /// The nodes, root first.

@@ -13,11 +13,15 @@ use super::build_fast::{FastScratch, rebuild_fast};
 use super::build_sah::{SahScratch, rebuild_sah};
 use super::bvh::{Bvh, OutOfMemory};
 use super::instance::to_world;
+use super::rotate::Best;
 use super::strategy::{Method, Moved, WORN};
 use super::{Aabb, Refit};
 use crate::scene::{Mesh, Name, Object, Strategy};
 use glam::Affine3A;
 use std::borrow::Cow;
+
+/// After so many defeats in a row rotations are tried in every eighth frame.
+const MOST_DEFEATS: u32 = 3;
 
 /// What rays of one object traverse.
 #[derive(Debug, Default)]
@@ -48,7 +52,19 @@ pub struct ObjectAccel {
     /// Updates without a change, and how often the object left the merged tree.
     calm: u32,
     exits: u32,
+    rotations: Rotations,
     scratch: Scratch,
+}
+
+/// What rotations remember.
+#[derive(Debug, Default)]
+struct Rotations {
+    /// Of the tree's nodes.
+    best: Vec<Best>,
+    /// How often in a row the tree was worn in spite of them.
+    defeats: u32,
+    /// Updates that are builds without trying them first.
+    pause: u32,
 }
 
 /// What builders worked with, kept for an object that is built again and again.
@@ -116,7 +132,8 @@ impl ObjectAccel {
             Structure::Bvh(bvh) => bvh.memory_bytes(),
             Structure::Bsp(bsp) => bsp.memory_bytes(),
         };
-        structure + self.scratch.sah.memory_bytes() + self.scratch.fast.memory_bytes()
+        let rotations = self.rotations.best.capacity() * size_of::<Best>();
+        structure + rotations + self.scratch.sah.memory_bytes() + self.scratch.fast.memory_bytes()
     }
 
     /// Where the structure is, if it is in world space: then rays are not transformed.
@@ -205,15 +222,50 @@ impl ObjectAccel {
     /// Answers a vertex update by a refit; `None` where the method or the result asks for a build.
     fn refit(&mut self, mesh: &Mesh, method: Method) -> Option<Outcome> {
         let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.structure, method) else { return None };
+        if moved == Moved::Rotate {
+            return self.rotate(mesh);
+        }
         if moved == Moved::Rebuild || bvh.refit(mesh) == Refit::NeedsRebuild {
             return None;
         }
         if moved == Moved::RefitUntilWorn && bvh.sah_cost() > WORN * self.cost_when_built {
-            *bvh = rebuild_fast(mesh, std::mem::take(bvh), &mut self.scratch.fast).ok()?;
-            self.cost_when_built = bvh.sah_cost();
-            return Some(Outcome::Built(bvh.nodes().len()));
+            return self.renew(mesh);
         }
         Some(Outcome::Refitted(bvh.nodes().len()))
+    }
+
+    /// Refits with rotations. Where these were defeated by the motion in the frame before, they will most likely be so again, which
+    /// would cost as much as a build: so they are not tried in the next frame, then in the next three, then seven.
+    fn rotate(&mut self, mesh: &Mesh) -> Option<Outcome> {
+        let Structure::Bvh(bvh) = &mut self.structure else { return None };
+        let worn = if self.rotations.pause > 0 && bvh.can_hold(mesh) {
+            self.rotations.pause -= 1;
+            true
+        } else {
+            let worn = bvh.rotate(mesh, &mut self.rotations.best)? > WORN * self.cost_when_built;
+            self.rotations.defeats = if worn { (self.rotations.defeats + 1).min(MOST_DEFEATS) } else { 0 };
+            self.rotations.pause = (1 << self.rotations.defeats) - 1;
+            worn
+        };
+        if worn { self.renew(mesh) } else { Some(Outcome::Refitted(bvh.nodes().len())) }
+    }
+
+    /// Builds the worn tree anew, fast. `None` if memory ran out: then [`ObjectAccel::build`] tells how much.
+    fn renew(&mut self, mesh: &Mesh) -> Option<Outcome> {
+        let old = match std::mem::take(&mut self.structure) {
+            Structure::Bvh(bvh) => bvh,
+            _ => Bvh::default(),
+        };
+        let in_levels = old.is_in_level_order();
+        let mut bvh = rebuild_fast(mesh, old, &mut self.scratch.fast).ok()?;
+        if in_levels {
+            bvh = bvh.in_level_order().ok()?;
+            self.rotations.best.clear();
+        }
+        self.cost_when_built = bvh.sah_cost();
+        let nodes = bvh.nodes().len();
+        self.structure = Structure::Bvh(bvh);
+        Some(Outcome::Built(nodes))
     }
 
     fn build(&mut self, object: &Object, mesh: &Mesh, method: Method, hurried: bool) -> Result<Outcome, OutOfMemory> {
@@ -232,9 +284,13 @@ impl ObjectAccel {
             }
             Method::Bvh { fast, moved } => {
                 let recycled = if let Structure::Bvh(bvh) = old { bvh } else { Bvh::default() };
-                let bvh = self.build_bvh(mesh, fast || hurried, recycled)?;
+                let mut bvh = self.build_bvh(mesh, fast || hurried, recycled)?;
+                if moved == Moved::Rotate {
+                    bvh = bvh.in_level_order()?;
+                    self.rotations = Rotations::default();
+                }
                 let nodes = bvh.nodes().len();
-                if moved == Moved::RefitUntilWorn {
+                if matches!(moved, Moved::RefitUntilWorn | Moved::Rotate) {
                     self.cost_when_built = bvh.sah_cost();
                 }
                 self.structure = Structure::Bvh(bvh);

@@ -26,13 +26,17 @@ pub enum Refit {
 }
 
 impl Bvh {
+    /// Whether every triangle that can be hit has a place in the tree.
+    pub(super) fn can_hold(&self, mesh: &Mesh) -> bool {
+        mesh.triangles.len() == self.prim_count
+            && self.dropped.iter().all(|&prim| triangle_bounds(mesh.corners(prim)).is_empty())
+    }
+
     /// Brings bounds and corners in line with the mesh, whose triangles are those of the build with other positions.
     ///
     /// Triangles that have become unusable keep their place and cannot be hit. To be called inside the pool.
     pub fn refit(&mut self, mesh: &Mesh) -> Refit {
-        if mesh.triangles.len() != self.prim_count
-            || self.dropped.iter().any(|&prim| !triangle_bounds(mesh.corners(prim)).is_empty())
-        {
+        if !self.can_hold(mesh) {
             return Refit::NeedsRebuild;
         }
         if self.nodes.is_empty() {
@@ -70,7 +74,7 @@ pub(super) trait Fill: Prims {
 }
 
 /// The topology stays.
-struct Keep;
+pub(super) struct Keep;
 
 impl Fill for Keep {
     #[inline(always)]
@@ -126,7 +130,7 @@ pub(super) fn sweep(
 
 /// Writes the boxes of all lanes; unused ones are empty.
 #[inline(always)]
-fn set_bounds(node: &mut Node8, lanes: &[BlockBox; WIDTH]) {
+pub(super) fn set_bounds(node: &mut Node8, lanes: &[BlockBox; WIDTH]) {
     for half in 0..2 {
         let [a, b, c, d] = [lanes[4 * half], lanes[4 * half + 1], lanes[4 * half + 2], lanes[4 * half + 3]];
         let lo = Mat4::from_cols(a.lo, b.lo, c.lo, d.lo).transpose();

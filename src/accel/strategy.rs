@@ -30,6 +30,8 @@ pub(super) enum Moved {
     Refit,
     /// Refit, then build anew, fast, if the tree is worn.
     RefitUntilWorn,
+    /// Refit with rotations; the same when these do not keep up.
+    Rotate,
 }
 
 impl Method {
@@ -42,6 +44,7 @@ impl Method {
             Strategy::Sah => Method::Bvh { fast: false, moved: Moved::Rebuild },
             Strategy::FastBuild => Method::Bvh { fast: true, moved: Moved::Rebuild },
             Strategy::Refit => Method::Bvh { fast: false, moved: Moved::Refit },
+            Strategy::Rotate => Method::Bvh { fast: false, moved: Moved::Rotate },
             Strategy::Auto if unstructured => Method::Bvh { fast: redefined, moved: Moved::RefitUntilWorn },
             Strategy::Auto => Method::Bvh { fast: false, moved: Moved::Rebuild },
         }

@@ -376,9 +376,13 @@ mod tests {
     #[test]
     fn every_strategy_answers_a_vertex_update_its_own_way() {
         let mut random = Random::new(Random::seed(2));
-        for (strategy, built, refitted) in
-            [(Strategy::Sah, 1, 0), (Strategy::FastBuild, 1, 0), (Strategy::Refit, 0, 1), (Strategy::Bsp, 1, 0)]
-        {
+        for (strategy, built, refitted) in [
+            (Strategy::Sah, 1, 0),
+            (Strategy::FastBuild, 1, 0),
+            (Strategy::Refit, 0, 1),
+            (Strategy::Rotate, 1, 0),
+            (Strategy::Bsp, 1, 0),
+        ] {
             let mut scene = scene(bumpy_sphere(8, 9), Motion::Affine);
             let mut world = world(strategy);
             assert_eq!(world.update(&scene, &HERE).objects_built, 1);

@@ -81,6 +81,9 @@ pub const RT_FAST_BUILD: RTenum = 0x6013;
 /// Update strategy: built once, then boxes are fitted anew when vertices move (Larsson and Akenine-Moeller
 /// 2003).
 pub const RT_REFIT: RTenum = 0x6014;
+/// Update strategy: as RT_REFIT, but boxes that drift apart change places (Kopta and others 2012), and the
+/// structure is built anew when that is not enough.
+pub const RT_ROTATE: RTenum = 0x6017;
 /// Top level: 8-wide bounding volume hierarchy over the instances, see rtTopLevel().
 pub const RT_TOPLEVEL_BVH: RTenum = 0x6015;
 

@@ -28,11 +28,14 @@ pub enum Strategy {
     FastBuild,
     /// Binned SAH BVH once, then bottom-up refit (Larsson03 §2) until the topology changes.
     Refit,
+    /// Refit with rotations (Kopta12), and a new tree when that does not keep up.
+    Rotate,
 }
 
 impl Strategy {
     /// Every strategy that can be forced, for tests that loop over all of them.
-    pub const ALL: [Strategy; 4] = [Strategy::Bsp, Strategy::Sah, Strategy::FastBuild, Strategy::Refit];
+    pub const ALL: [Strategy; 5] =
+        [Strategy::Bsp, Strategy::Sah, Strategy::FastBuild, Strategy::Refit, Strategy::Rotate];
 
     /// Lower-case name, as accepted by the environment variable `OPENRT_ACCEL`.
     pub fn name(self) -> &'static str {
@@ -42,6 +45,7 @@ impl Strategy {
             Strategy::Sah => "sah",
             Strategy::FastBuild => "fast_build",
             Strategy::Refit => "refit",
+            Strategy::Rotate => "rotate",
         }
     }
 
