@@ -185,7 +185,7 @@ impl Device<'_> {
             (self.embree.scene_flags)(handle, flags);
             handle
         };
-        PeerScene { device: self, handle, geometries: Vec::new() }
+        PeerScene { device: self, handle, geometries: Vec::new(), marked: Vec::new() }
     }
 
     /// A whole scene of the bench: parts straight in the scene, or instances of a scene per part. `flags` go to every level.
@@ -233,12 +233,21 @@ pub struct Built<'a> {
     _parts: Vec<PeerScene<'a>>,
 }
 
+impl<'a> Built<'a> {
+    /// A scene without instances.
+    pub fn plain(top: PeerScene<'a>) -> Self {
+        Built { top, _parts: Vec::new() }
+    }
+}
+
 /// An Embree scene and its geometries.
 pub struct PeerScene<'a> {
     device: &'a Device<'a>,
     pub handle: Handle,
     /// With their numbers of vertices; 0 for instances.
     geometries: Vec<(Handle, usize)>,
+    /// Meshes that have other vertices since the last commit.
+    marked: Vec<usize>,
 }
 
 // SAFETY: Embree's queries on a committed scene may be made by any number of threads; the bench changes scenes
@@ -286,6 +295,19 @@ impl PeerScene<'_> {
             (embree.update_buffer)(self.geometries[number].0, BUFFER_VERTEX, 0);
             (embree.commit_geometry)(self.geometries[number].0);
         }
+    }
+
+    /// Remembers that the vertices of a mesh have moved, for [`PeerScene::commit_moved`].
+    pub fn mark_mesh(&mut self, number: usize) {
+        self.marked.push(number);
+    }
+
+    /// Tells Embree which meshes have moved, and brings the scene up to date.
+    pub fn commit_moved(&mut self) {
+        for number in std::mem::take(&mut self.marked) {
+            self.touch_mesh(number);
+        }
+        self.commit();
     }
 
     /// Attaches an instance of a committed scene.

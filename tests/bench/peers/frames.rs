@@ -51,8 +51,8 @@ fn one_scene(bench: &BenchScene, options: &Options, json: &mut Vec<String>, wors
     let primary = rays::primary(&bench.view, size);
     let offset = 1e-4 * bench.view.eye.distance(bench.view.at);
     let (shadow, _) = rays::secondary(&ours, &primary, bench.light, offset);
-    let mut primary_lanes = our_lanes(&ours, Kind::Primary);
-    let mut shadow_lanes = our_lanes(&ours, Kind::Shadow);
+    let mut primary_lanes = our_lanes(ours.tracer(), Kind::Primary);
+    let mut shadow_lanes = our_lanes(ours.tracer(), Kind::Shadow);
     let mut renderers = [Renderer::new(Level::detect()), Renderer::new(Level::detect())];
     let mut best = [f64::INFINITY; 2];
     let mut counts = [[0u64; 2]; 2];

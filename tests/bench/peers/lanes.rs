@@ -2,9 +2,9 @@
 
 use crate::embree::{Built, Context, Embree, Handle, NO_GEOMETRY};
 use crate::measure::{CHUNK, Column, Lane, Worker};
-use crate::ours::{AnyWorker, ClosestWorker, MODES, Ours};
+use crate::ours::{AnyWorker, ClosestWorker, MODES};
 use crate::rays::Kind;
-use openrt::trace::Ray;
+use openrt::trace::{Ray, Tracer};
 
 /// Rows of a packet for an occlusion query, and with the hit's.
 const RAY_ROWS: usize = 12;
@@ -168,11 +168,11 @@ impl Worker for PeerWorker<'_> {
 }
 
 /// Our lanes for rays of one kind.
-pub fn our_lanes<'a>(ours: &'a Ours, kind: Kind) -> Vec<Lane<'a>> {
+pub fn our_lanes(tracer: Tracer<'_>, kind: Kind) -> Vec<Lane<'_>> {
     let lane = |mode: &'static crate::ours::Mode| {
         let column = if mode.single { Column::OursSingle } else { Column::OursMany };
         Lane::new(mode.name, column, move || {
-            let (tracer, rays) = (ours.tracer(), Vec::with_capacity(CHUNK));
+            let rays = Vec::with_capacity(CHUNK);
             if kind == Kind::Shadow {
                 Box::new(AnyWorker { tracer, call: mode.any, rays, found: Vec::with_capacity(CHUNK) })
             } else {

@@ -8,9 +8,10 @@
 //! Embree (`libembree3`) is loaded at run time. Without it only our own figures are printed, and the bench says so.
 //! Build it without `CARGO_INCREMENTAL`: the many units of incremental builds prevent inlining (S2: 2.3 instead of 4.7 Mrays/s).
 //!
-//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`frames`], [`builders`] and [`toplevel`].
+//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`dynamic`], [`frames`], [`builders`] and [`toplevel`].
 
 mod builders;
+mod dynamic;
 mod embree;
 mod frames;
 mod lanes;
@@ -54,6 +55,7 @@ fn main() -> ExitCode {
     };
     let json = match options.suite {
         Suite::Static => static_scenes::run(&options, embree.as_ref()),
+        Suite::Dynamic => dynamic::run(&options, embree.as_ref()),
         Suite::Build => builders::run(&options, embree.as_ref()),
         Suite::Frames => frames::run(&options, embree.as_ref()),
         Suite::TopLevel => toplevel::run(&options, embree.as_ref()),

@@ -6,11 +6,12 @@ use std::path::PathBuf;
 pub const USAGE: &str = "\
 usage: cargo bench --bench peers -- SUITE [options]
   static           rays per second on S1 … S7
+  dynamic          milliseconds per frame, update and trace, of S4 … S7, CROWD and SCULPT, by every strategy
   frames           whole frames of the renderer on S2 and S6, beside batches of as many rays
   build            nanoseconds per triangle of builders and refit, SAH cost, memory
   toplevel         time to place 161 … 100,000 instances
 options:
-  --quick          fewer rounds and picture sizes: within two minutes
+  --quick          fewer rounds, frames and picture sizes: within two or three minutes
   --threads N      trace with N threads, wall time (1: processor time)
   --json FILE      every figure, also those not printed
   --scene S1,S6    only these; `toplevel` has S2, S3, 10K and 100K
@@ -21,6 +22,7 @@ options:
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Suite {
     Static,
+    Dynamic,
     Frames,
     Build,
     TopLevel,
@@ -59,6 +61,7 @@ impl Options {
                 // Passed by `cargo bench` itself.
                 "--bench" => {}
                 "static" => suite = Some(Suite::Static),
+                "dynamic" => suite = Some(Suite::Dynamic),
                 "frames" => suite = Some(Suite::Frames),
                 "build" => suite = Some(Suite::Build),
                 "toplevel" => suite = Some(Suite::TopLevel),

@@ -67,7 +67,7 @@ fn one_scene(bench: &BenchScene, options: &Options, pool: &Pool, device: Option<
             if !options.wants_kind(kind) {
                 continue;
             }
-            let mut lanes = our_lanes(&ours, kind);
+            let mut lanes = our_lanes(ours.tracer(), kind);
             for variant in &variants {
                 let device = device.expect("variants come from a device");
                 lanes.extend(peer_lanes(device.embree, variant, kind, bench.instanced, device.has_16()));

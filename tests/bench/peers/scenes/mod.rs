@@ -4,6 +4,7 @@
 //! take frame 0.
 
 mod forest;
+mod large;
 mod moving;
 mod robots;
 mod spheres;
@@ -71,6 +72,9 @@ pub fn in_place(count: usize) -> Box<dyn Fn(u32) -> Vec<Placement> + Send + Sync
 }
 
 pub type Make = fn() -> BenchScene;
+
+/// Those of `dynamic` alone.
+pub const LARGE: [(&str, Make); 2] = [("CROWD", large::crowd), ("SCULPT", large::sculpt)];
 
 /// Names and generators.
 pub const ALL: [(&str, Make); 7] = [
