@@ -40,7 +40,7 @@ fn promised(strategy: Strategy) -> Option<f64> {
         Strategy::Sah => Some(1.0),
         Strategy::FastBuild => Some(1.35),
         Strategy::Auto | Strategy::Rotate => Some(2.0),
-        Strategy::Bsp | Strategy::Refit => None,
+        Strategy::Bsp | Strategy::Refit | Strategy::Grid => None,
     }
 }
 
@@ -143,6 +143,7 @@ fn check_structure(world: &TwoLevel, mesh: &Mesh) -> Result<(), String> {
     match structure(world) {
         Structure::None => Err("nothing is built".into()),
         Structure::Bvh(bvh) => validate(bvh, mesh),
+        Structure::Grid(grid) => grid.validate(mesh),
         // Its tree is made by rays, which say whether it is right.
         Structure::Bsp(_) => Ok(()),
     }
@@ -278,6 +279,7 @@ fn structures_do_not_depend_on_the_number_of_threads() {
             let what = format!("{} at frame {frame}", strategy.name());
             match (structure(a), structure(b)) {
                 (Structure::Bvh(a), Structure::Bvh(b)) => assert!(picture(a) == picture(b), "{what}"),
+                (Structure::Grid(a), Structure::Grid(b)) => assert!(a == b, "{what}"),
                 other => panic!("{what}: {other:?}"),
             }
             check_structure(a, &world.scene.objects[&1].mesh).unwrap_or_else(|e| panic!("seed {seed}, {what}: {e}"));

@@ -381,6 +381,11 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
  * structure is built anew when that is not enough.
  */
 #define RT_ROTATE 0x6017
+/**
+ * Update strategy: uniform grid, made anew when the geometry changes (Larsson and Akenine-Moeller 2003), for triangles
+ * of like size that move without any order.
+ */
+#define RT_GRID 0x6018
 /** Top level: 8-wide bounding volume hierarchy over the instances, see rtTopLevel(). */
 #define RT_TOPLEVEL_BVH 0x6015
 /** Data type: RTbyte. */
@@ -654,7 +659,7 @@ extern "C" {
  *
  * Variables of the environment: OPENRT_NUM_THREADS (number of worker threads; otherwise as many as the process
  * may use), OPENRT_SIMD (scalar, sse, avx2 or avx512: lowers the instruction set that is used), OPENRT_ACCEL
- * (bsp, sah, fast_build, refit or rotate: an update strategy for all objects), OPENRT_TOPLEVEL (bsp or bvh: the
+ * (bsp, sah, fast_build, refit, rotate or grid: an update strategy for all objects), OPENRT_TOPLEVEL (bsp or bvh: the
  * structure over the instances), OPENRT_MERGE (now or never: when RT_STATIC instances are merged; otherwise while
  * frames are rendered). Other values are ignored.
  *
@@ -864,7 +869,7 @@ RTAPI RTboolean rtIsObject(RTuint object);
 
 /**
  * Sets a parameter of an object, from the next frame on. RT_UPDATE_STRATEGY: RT_AUTO, RT_BSP, RT_SAH,
- * RT_FAST_BUILD, RT_REFIT or RT_ROTATE. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture,
+ * RT_FAST_BUILD, RT_REFIT, RT_ROTATE or RT_GRID. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture,
  * but for rounding: vertices of an RT_STATIC object that is placed once are transformed, for others rays are.
  *
  * Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object,

@@ -1,6 +1,6 @@
 //! The acceleration structure of one object, and its way from frame to frame.
 //!
-//! A closed enum instead of trait objects: two kinds of structure exist, and traversal matches once per object and ray. Which one, and how it
+//! A closed enum instead of trait objects: three kinds of structure exist, and traversal matches once per object and ray. Which one, and how it
 //! follows changes, is decided in [`super::strategy`]; what has changed is told by the version counters of the
 //! [`Object`]. Instances share the structure (Wald03 §4.1).
 //!
@@ -12,6 +12,7 @@ use super::bsp_build::Quality;
 use super::build_fast::{FastScratch, rebuild_fast};
 use super::build_sah::{SahScratch, rebuild_sah};
 use super::bvh::{Bvh, OutOfMemory};
+use super::grid::Grid;
 use super::instance::to_world;
 use super::rotate::Best;
 use super::strategy::{Method, Moved, WORN};
@@ -31,6 +32,7 @@ pub enum Structure {
     None,
     Bvh(Bvh),
     Bsp(Bsp),
+    Grid(Grid),
 }
 
 /// One object's structure and what it was made from.
@@ -116,6 +118,7 @@ impl ObjectAccel {
             Structure::None => Aabb::EMPTY,
             Structure::Bvh(bvh) => bvh.bounds(),
             Structure::Bsp(bsp) => bsp.bounds(),
+            Structure::Grid(grid) => grid.bounds(),
         }
     }
 
@@ -131,6 +134,7 @@ impl ObjectAccel {
             Structure::None => 0,
             Structure::Bvh(bvh) => bvh.memory_bytes(),
             Structure::Bsp(bsp) => bsp.memory_bytes(),
+            Structure::Grid(grid) => grid.memory_bytes(),
         };
         let rotations = self.rotations.best.capacity() * size_of::<Best>();
         structure + rotations + self.scratch.sah.memory_bytes() + self.scratch.fast.memory_bytes()
@@ -280,6 +284,11 @@ impl ObjectAccel {
                 let quality = if fast { Quality::Fast } else { Quality::Sah };
                 let bsp = Bsp::new(mesh, quality, recycled)?;
                 self.structure = Structure::Bsp(bsp);
+                0
+            }
+            Method::Grid => {
+                let recycled = if let Structure::Grid(grid) = old { grid } else { Grid::default() };
+                self.structure = Structure::Grid(Grid::new(mesh, recycled)?);
                 0
             }
             Method::Bvh { fast, moved } => {

@@ -19,6 +19,8 @@ pub(super) const WORN: f64 = 1.5;
 pub(super) enum Method {
     /// The object BSP; `fast` for the threshold that grows with depth.
     Bsp { fast: bool },
+    /// The uniform grid.
+    Grid,
     /// The 8-wide tree: by Morton order if `fast`, else by binned SAH.
     Bvh { fast: bool, moved: Moved },
 }
@@ -41,6 +43,7 @@ impl Method {
         let unstructured = object.motion == Motion::Unstructured;
         match forced.unwrap_or(object.strategy) {
             Strategy::Bsp => Method::Bsp { fast: unstructured },
+            Strategy::Grid => Method::Grid,
             Strategy::Sah => Method::Bvh { fast: false, moved: Moved::Rebuild },
             Strategy::FastBuild => Method::Bvh { fast: true, moved: Moved::Rebuild },
             Strategy::Refit => Method::Bvh { fast: false, moved: Moved::Refit },

@@ -381,6 +381,7 @@ mod tests {
             (Strategy::FastBuild, 1, 0),
             (Strategy::Refit, 0, 1),
             (Strategy::Rotate, 1, 0),
+            (Strategy::Grid, 1, 0),
             (Strategy::Bsp, 1, 0),
         ] {
             let mut scene = scene(bumpy_sphere(8, 9), Motion::Affine);

@@ -84,6 +84,9 @@ pub const RT_REFIT: RTenum = 0x6014;
 /// Update strategy: as RT_REFIT, but boxes that drift apart change places (Kopta and others 2012), and the
 /// structure is built anew when that is not enough.
 pub const RT_ROTATE: RTenum = 0x6017;
+/// Update strategy: uniform grid, made anew when the geometry changes (Larsson and Akenine-Moeller 2003), for triangles
+/// of like size that move without any order.
+pub const RT_GRID: RTenum = 0x6018;
 /// Top level: 8-wide bounding volume hierarchy over the instances, see rtTopLevel().
 pub const RT_TOPLEVEL_BVH: RTenum = 0x6015;
 

@@ -34,6 +34,7 @@ fn strategy(value: RTenum) -> Result<Strategy> {
         RT_FAST_BUILD => Strategy::FastBuild,
         RT_REFIT => Strategy::Refit,
         RT_ROTATE => Strategy::Rotate,
+        RT_GRID => Strategy::Grid,
         _ => return Err(Error::invalid_enum("not an update strategy")),
     })
 }
@@ -105,7 +106,7 @@ fn object_parameter(cx: &mut Context, object: RTuint, pname: RTenum, value: RTen
 }
 
 /// Sets a parameter of an object, from the next frame on. RT_UPDATE_STRATEGY: RT_AUTO, RT_BSP, RT_SAH,
-/// RT_FAST_BUILD, RT_REFIT or RT_ROTATE. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture,
+/// RT_FAST_BUILD, RT_REFIT, RT_ROTATE or RT_GRID. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture,
 /// but for rounding: vertices of an RT_STATIC object that is placed once are transformed, for others rays are.
 ///
 /// Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object,
@@ -132,6 +133,7 @@ fn get_object_parameter(cx: &Context, object: RTuint, pname: RTenum) -> Result<R
             Strategy::FastBuild => RT_FAST_BUILD,
             Strategy::Refit => RT_REFIT,
             Strategy::Rotate => RT_ROTATE,
+            Strategy::Grid => RT_GRID,
         },
         RT_MOTION => match info.motion {
             Motion::Static => RT_STATIC,

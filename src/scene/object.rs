@@ -30,12 +30,14 @@ pub enum Strategy {
     Refit,
     /// Refit with rotations (Kopta12), and a new tree when that does not keep up.
     Rotate,
+    /// Uniform grid (Larsson03 §5), rebuilt when the geometry changes.
+    Grid,
 }
 
 impl Strategy {
     /// Every strategy that can be forced, for tests that loop over all of them.
-    pub const ALL: [Strategy; 5] =
-        [Strategy::Bsp, Strategy::Sah, Strategy::FastBuild, Strategy::Refit, Strategy::Rotate];
+    pub const ALL: [Strategy; 6] =
+        [Strategy::Bsp, Strategy::Sah, Strategy::FastBuild, Strategy::Refit, Strategy::Rotate, Strategy::Grid];
 
     /// Lower-case name, as accepted by the environment variable `OPENRT_ACCEL`.
     pub fn name(self) -> &'static str {
@@ -46,6 +48,7 @@ impl Strategy {
             Strategy::FastBuild => "fast_build",
             Strategy::Refit => "refit",
             Strategy::Rotate => "rotate",
+            Strategy::Grid => "grid",
         }
     }
 

@@ -20,6 +20,7 @@ mod stack;
 mod tracer;
 mod traverse_bsp;
 mod traverse_bvh;
+mod traverse_grid;
 mod traverse_packet;
 mod traverse_scene;
 mod traverse_top_bvh;

@@ -9,8 +9,8 @@ use super::packet::{Found, GROUPS, LANES, Packet, Rows, bits, groups};
 use super::packet_boxes::{Slabs, enters_box};
 use super::packet_object::traverse_object;
 use super::traverse_packet::{Leaves, traverse_packet};
-use super::{Hit, Kernels, traverse_bsp, traverse_scene};
-use crate::accel::{Bsp, ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh, TwoLevel};
+use super::{Hit, Kernels, PreparedRay, traverse_bsp, traverse_grid, traverse_scene};
+use crate::accel::{ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh, TwoLevel};
 use crate::simd::{Isa, Vector};
 
 /// Memory of one packet on its way through the scene.
@@ -149,7 +149,14 @@ impl<const ANY: bool> Instances<'_, ANY> {
                 Structure::Bvh(bvh) => {
                     traverse_object::<I, ANY>(bvh, packet, mask, record.object, record.instance, found);
                 }
-                Structure::Bsp(bsp) => through_bsp::<ANY>(bsp, packet, mask, record, found),
+                Structure::Bsp(bsp) => one_by_one::<ANY>(packet, mask, found, |ray, best| match best {
+                    Some(best) => traverse_bsp::intersect(bsp, ray, record.object, record.instance, best),
+                    None => traverse_bsp::occluded(bsp, ray),
+                }),
+                Structure::Grid(grid) => one_by_one::<ANY>(packet, mask, found, |ray, best| match best {
+                    Some(best) => traverse_grid::intersect(grid, ray, record.object, record.instance, best),
+                    None => traverse_grid::occluded(grid, ray),
+                }),
                 Structure::None => {}
             }
         }
@@ -182,16 +189,22 @@ unsafe fn through_merged<I: Isa, const ANY: bool>(merged: &Merged, rays: &Packet
     }
 }
 
-/// Every ray of `mask` by itself.
-fn through_bsp<const ANY: bool>(bsp: &Bsp, local: &Packet, mask: u64, record: &InstanceRecord, found: &mut Found) {
+/// Every ray of `mask` by itself: `trace` looks for the closest hit if there is a place for it, else for any.
+#[inline(always)]
+fn one_by_one<const ANY: bool>(
+    local: &Packet,
+    mask: u64,
+    found: &mut Found,
+    trace: impl Fn(&PreparedRay, Option<&mut Hit>) -> bool,
+) {
     for r in bits(mask) {
         let t = &mut found.t[r / LANES][r % LANES];
         let ray = local.ray(r, *t);
         if ANY {
-            found.open &= !(u64::from(traverse_bsp::occluded(bsp, &ray)) << r);
+            found.open &= !(u64::from(trace(&ray, None)) << r);
         } else {
             let best: &mut Hit = &mut found.hits[r];
-            traverse_bsp::intersect(bsp, &ray, record.object, record.instance, best);
+            trace(&ray, Some(best));
             *t = best.t;
         }
     }

@@ -20,7 +20,7 @@
 //! Within the object all comparisons are exact (the hit is clamped to the triangle's box in object space, and the transformed ray is
 //! the same bits wherever it comes from), and hits at equal `t` are compared by number. So the winner is always found, and found to be the same.
 
-use super::{Hit, Kernels, PreparedRay, Ray, SLAB_PAD, traverse_bsp};
+use super::{Hit, Kernels, PreparedRay, Ray, SLAB_PAD, traverse_bsp, traverse_grid};
 use crate::accel::{Aabb, InstanceRecord, Space, Structure, TOP_MAX_DEPTH, TopLevel, TopLevelBsp, TopNode, TwoLevel};
 use glam::{Affine3A, Vec3};
 
@@ -206,6 +206,8 @@ fn visit<const ANY: bool>(
         (Structure::Bvh(bvh), true) => kernels.occluded(bvh, local),
         (Structure::Bsp(bsp), false) => traverse_bsp::intersect(bsp, local, record.object, record.instance, best),
         (Structure::Bsp(bsp), true) => traverse_bsp::occluded(bsp, local),
+        (Structure::Grid(grid), false) => traverse_grid::intersect(grid, local, record.object, record.instance, best),
+        (Structure::Grid(grid), true) => traverse_grid::occluded(grid, local),
         (Structure::None, _) => false,
     }
 }

@@ -11,7 +11,7 @@
 use super::stack::{STACK, Stack, pop, push};
 use super::traverse_bvh;
 use super::traverse_scene::{SceneRay, transform};
-use super::{Hit, PreparedRay, SLAB_PAD, traverse_bsp};
+use super::{Hit, PreparedRay, SLAB_PAD, traverse_bsp, traverse_grid};
 use crate::accel::{ChildRef, InstanceRecord, Node8, Space, Structure, TopLevelBvh, TwoLevel};
 use crate::simd::{Isa, Vector};
 use std::mem::MaybeUninit;
@@ -154,6 +154,10 @@ unsafe fn visit<I: Isa, const ANY: bool>(
                 Structure::Bsp(bsp) if ANY => return traverse_bsp::occluded(bsp, local),
                 Structure::Bsp(bsp) => {
                     return traverse_bsp::intersect(bsp, local, record.object, record.instance, best);
+                }
+                Structure::Grid(grid) if ANY => return traverse_grid::occluded(grid, local),
+                Structure::Grid(grid) => {
+                    return traverse_grid::intersect(grid, local, record.object, record.instance, best);
                 }
                 Structure::None => return false,
             }
