@@ -10,7 +10,13 @@
 //!   flush-to-zero would otherwise get other pictures. The caller's own register is never written.
 //! * Dropping the pool ends and joins the workers, so that no thread of ours outlives the library.
 //!
+//! [`OnTouch`] is the other thing here that threads share: arrays that are brought up to date part by part, by whoever needs a part first.
+//!
 //! Never hold a lock across [`Pool::install`] or a rayon `join`: a waiting worker steals work that may want the same lock.
+
+mod on_touch;
+
+pub use on_touch::{OnTouch, Place};
 
 use std::fmt;
 use std::io;

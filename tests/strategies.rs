@@ -16,7 +16,7 @@ mod rays;
 mod world;
 
 use glam::{Affine3A, Quat, Vec3};
-use openrt::accel::{Bvh, MAX_DEPTH, Structure, TwoLevel, build_sah, validate};
+use openrt::accel::{Bvh, MAX_DEPTH, Structure, TwoLevel, build_sah, validate, validate_lazy};
 use openrt::scene::{Command, Mesh, Motion, Strategy, TopLevelKind};
 use openrt::simd::Level;
 use openrt::threads::Pool;
@@ -40,7 +40,7 @@ fn promised(strategy: Strategy) -> Option<f64> {
         Strategy::Sah => Some(1.0),
         Strategy::FastBuild => Some(1.35),
         Strategy::Auto | Strategy::Rotate => Some(2.0),
-        Strategy::Bsp | Strategy::Refit | Strategy::Grid => None,
+        Strategy::Bsp | Strategy::Refit | Strategy::Grid | Strategy::Lazy => None,
     }
 }
 
@@ -144,6 +144,7 @@ fn check_structure(world: &TwoLevel, mesh: &Mesh) -> Result<(), String> {
         Structure::None => Err("nothing is built".into()),
         Structure::Bvh(bvh) => validate(bvh, mesh),
         Structure::Grid(grid) => grid.validate(mesh),
+        Structure::Lazy(lazy) => validate_lazy(lazy, mesh),
         // Its tree is made by rays, which say whether it is right.
         Structure::Bsp(_) => Ok(()),
     }
@@ -262,7 +263,7 @@ fn structures_do_not_depend_on_the_number_of_threads() {
     let seed = Random::seed(42);
     let mut random = Random::new(seed);
     let mut world = unstructured(meshes::soup(&mut random, 30_000, 0.02));
-    let trees = strategies().filter(|s| *s != Strategy::Bsp);
+    let trees = strategies().filter(|s| !matches!(s, Strategy::Bsp | Strategy::Lazy));
     let mut benches = [1, 4].map(|threads| Bench::new(threads, trees.clone()));
     let mut positions = world.scene.objects[&1].mesh.positions.clone();
     for frame in 0..8 {

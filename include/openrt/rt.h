@@ -248,8 +248,12 @@ typedef struct RTframeStats {
     RTdouble instances;
     /** Triangles, each counted once per instance. */
     RTdouble triangles;
-    /** Nodes of acceleration structures that were computed anew. */
+    /** Nodes of acceleration structures that were computed anew before the first ray. */
     RTdouble nodesUpdated;
+    /** Subtrees of RT_LAZY objects that rays of the frame were the first to reach and so had computed anew. */
+    RTdouble subtreesTouched;
+    /** Nodes in these subtrees, which nodesUpdated does not count. */
+    RTdouble nodesTouched;
     /** Bytes held by acceleration structures. */
     RTdouble structureBytes;
     /** Objects whose structure was built. */
@@ -357,6 +361,15 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_TRIANGLE_COUNT 0x6002
 /** Object parameter, read only: the number of vertices, as counted by rtUpdateVertices(). */
 #define RT_VERTEX_COUNT 0x6003
+/**
+ * Parameter of objects: how many triangles the subtrees have at most that RT_LAZY updates when a ray reaches them.
+ * 0: subtrees at half the height.
+ */
+#define RT_LAZY_CUT 0x6004
+/** Parameter of objects: how many levels of such a subtree RT_LAZY updates at once; 0: all. */
+#define RT_LAZY_LEVELS 0x6005
+/** Parameter of objects: a time, which chooses among key frames. See rtKeyFrame(). */
+#define RT_OBJECT_TIME 0x6006
 /** Update strategy: chosen from the motion flag and from what was measured. The default. */
 #define RT_AUTO 0x6010
 /** Update strategy: object BSP tree (Wald, Benthin and Slusallek 2003). */
@@ -386,6 +399,11 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
  * of like size that move without any order.
  */
 #define RT_GRID 0x6018
+/**
+ * Update strategy: built once, then only what rays reach is brought up to date, when they reach it (Larsson and
+ * Akenine-Moeller 2003).
+ */
+#define RT_LAZY 0x6016
 /** Top level: 8-wide bounding volume hierarchy over the instances, see rtTopLevel(). */
 #define RT_TOPLEVEL_BVH 0x6015
 /** Data type: RTbyte. */
@@ -869,27 +887,31 @@ RTAPI RTboolean rtIsObject(RTuint object);
 
 /**
  * Sets a parameter of an object, from the next frame on. RT_UPDATE_STRATEGY: RT_AUTO, RT_BSP, RT_SAH,
- * RT_FAST_BUILD, RT_REFIT, RT_ROTATE or RT_GRID. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture,
- * but for rounding: vertices of an RT_STATIC object that is placed once are transformed, for others rays are.
+ * RT_FAST_BUILD, RT_REFIT, RT_ROTATE, RT_GRID or RT_LAZY. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. RT_LAZY_CUT: the
+ * most triangles that a subtree has which RT_LAZY updates when a ray reaches it (1024 at first; 0 for subtrees at half
+ * the height). RT_LAZY_LEVELS: how many levels of it are updated at once (0, all, at first). RT_OBJECT_TIME: the
+ * time that chooses among key frames, see rtKeyFrame(). None of them changes the picture, but for rounding:
+ * vertices of an RT_STATIC object that is placed once are transformed, for others rays are.
  *
- * Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object,
+ * Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object or a number
+ * is negative that must not be,
  * RT_INVALID_OPERATION between rtBegin() and rtEnd().
  */
 RTAPI void rtObjectParameteri(RTuint object, RTenum pname, RTint param);
 
-/** See rtObjectParameteri(); the value is rounded. */
+/** See rtObjectParameteri(); values but RT_OBJECT_TIME are rounded. RT_INVALID_VALUE for a time that is not finite. */
 RTAPI void rtObjectParameterf(RTuint object, RTenum pname, RTfloat param);
 
 /**
- * Stores a parameter of an object at params: RT_UPDATE_STRATEGY, RT_MOTION, RT_TRIANGLE_COUNT or
- * RT_VERTEX_COUNT.
+ * Stores a parameter of an object at params: RT_UPDATE_STRATEGY, RT_MOTION, RT_TRIANGLE_COUNT, RT_VERTEX_COUNT,
+ * RT_LAZY_CUT, RT_LAZY_LEVELS or RT_OBJECT_TIME (rounded).
  *
  * Errors: RT_INVALID_ENUM for another parameter, RT_INVALID_VALUE when there is no such object or params is
  * NULL, RT_INVALID_OPERATION between rtBegin() and rtEnd().
  */
 RTAPI void rtGetObjectParameteriv(RTuint object, RTenum pname, RTint *params);
 
-/** See rtGetObjectParameteriv(). */
+/** See rtGetObjectParameteriv(); RT_OBJECT_TIME is not rounded. */
 RTAPI void rtGetObjectParameterfv(RTuint object, RTenum pname, RTfloat *params);
 
 /* Vertices between rtBegin and rtEnd ---------------------------------------------------------------------------- */
@@ -1321,6 +1343,40 @@ RTAPI void rtDrawElements(RTenum mode, RTsizei count, RTenum type, const void *i
  */
 RTAPI void rtUpdateVertices(RTuint object, RTsizei first, RTsizei count, RTsizei stride,
     const RTfloat *vertices);
+
+/**
+ * Moves count vertices of an object whose numbers are at indices, of type RT_UNSIGNED_BYTE, RT_UNSIGNED_SHORT or
+ * RT_UNSIGNED_INT, as rtUpdateVertices() moves a range: the first to the position at vertices, and so on. Of a
+ * vertex that is named twice the last position counts. What it costs depends on how many vertices are moved, not
+ * on how many the object has, if its update strategy is RT_LAZY or RT_REFIT, or RT_AUTO and the object
+ * RT_UNSTRUCTURED.
+ *
+ * Errors: RT_INVALID_VALUE when there is no such object, it has no such vertex, a number is negative, or indices or
+ * vertices is NULL; RT_INVALID_ENUM for another type; RT_INVALID_OPERATION between rtBegin() and rtEnd();
+ * RT_OUT_OF_MEMORY.
+ */
+RTAPI void rtUpdateVertexElements(RTuint object, RTsizei count, RTenum type, const void *indices,
+    RTsizei stride, const RTfloat *vertices);
+
+/**
+ * Has a structure built for where the vertices of an object will be at about a time: count positions, one for each
+ * vertex, as rtUpdateVertices() takes them. Nothing moves by that. Of the key frames of an object, the one nearest
+ * to its RT_OBJECT_TIME (see rtObjectParameterf()) is active: its structure follows the vertices then, if the
+ * update strategy is RT_LAZY or RT_REFIT; others do without. Good for animations that tear a mesh apart. A key
+ * frame of the same time is replaced. rtEndObject() and rtDeleteKeyFrames() delete all of an object.
+ *
+ * Errors: RT_INVALID_VALUE when there is no such object, count is not the number of its vertices, the time is not
+ * finite, the stride is negative, or vertices is NULL; RT_INVALID_OPERATION between rtBegin() and rtEnd();
+ * RT_OUT_OF_MEMORY.
+ */
+RTAPI void rtKeyFrame(RTuint object, RTfloat time, RTsizei count, RTsizei stride, const RTfloat *vertices);
+
+/**
+ * Deletes the key frames of an object.
+ *
+ * Errors: RT_INVALID_VALUE when there is no such object, RT_INVALID_OPERATION between rtBegin() and rtEnd().
+ */
+RTAPI void rtDeleteKeyFrames(RTuint object);
 
 /**
  * Changes the normals of an object as rtUpdateVertices() changes its vertices.

@@ -85,7 +85,13 @@ pub fn triangle_bounds(corners: [Vec3; 3]) -> Aabb {
     if !(reach.x <= 3.0 * MAX_COORDINATE && reach.y <= 3.0 * MAX_COORDINATE && reach.z <= 3.0 * MAX_COORDINATE) {
         return Aabb::EMPTY;
     }
-    let tight = Aabb { lo: a.min(b).min(c), hi: a.max(b).max(c) };
+    padded(Aabb { lo: a.min(b).min(c), hi: a.max(b).max(c) })
+}
+
+/// The box of triangles between vertices around which `tight` lies. Every operation is monotone, in floating point too, so a larger box has a
+/// larger one: it contains the box of each of the triangles.
+#[inline]
+pub(super) fn padded(tight: Aabb) -> Aabb {
     let largest = tight.lo.abs().max(tight.hi.abs());
     let pad = (Vec3::splat(tight.extent().max_element() * PAD_EXTENT) + largest * PAD_ULP) + Vec3::splat(PAD_ABSOLUTE);
     Aabb { lo: tight.lo - pad, hi: tight.hi + pad }

@@ -5,6 +5,7 @@
 //! for the vertices. Corners are loaded as vectors of four coordinates, the last belonging to the next vertex, and
 //! transposed to lanes.
 
+use super::Aabb;
 use super::aabb::{MAX_COORDINATE, PAD_ABSOLUTE, PAD_EXTENT, PAD_ULP};
 use super::bvh::{BLOCK, Tri4};
 use crate::scene::Mesh;
@@ -28,6 +29,12 @@ impl BlockBox {
     #[inline(always)]
     pub fn union(self, other: &Self) -> Self {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+}
+
+impl From<BlockBox> for Aabb {
+    fn from(b: BlockBox) -> Aabb {
+        Aabb { lo: b.lo.truncate(), hi: b.hi.truncate() }
     }
 }
 
@@ -112,7 +119,7 @@ fn corner(coordinates: &[f32], triangles: &Rows, corner: usize) -> [Vec4; 3] {
 
 /// A vertex; the last lane is meaningless.
 #[inline(always)]
-fn vertex(coordinates: &[f32], index: u32) -> Vec4 {
+pub(super) fn vertex(coordinates: &[f32], index: u32) -> Vec4 {
     let rest = &coordinates[3 * index as usize..];
     match rest.first_chunk::<4>() {
         Some(point) => Vec4::from_array(*point),
@@ -217,6 +224,11 @@ fn bounds(corners: &[[Vec4; 3]; 3]) -> BlockBox {
     }
 }
 
+/// The box of a block, from the corners in it.
+pub(super) fn block_bounds(block: &Tri4) -> Aabb {
+    bounds(&block.corners.map(|axes| axes.map(Vec4::from_array))).into()
+}
+
 /// Loads with what this processor has.
 pub(super) fn load(work: Load<'_, impl Prims>) {
     simd::run(simd::Level::detect(), work);
@@ -225,7 +237,7 @@ pub(super) fn load(work: Load<'_, impl Prims>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::{Aabb, triangle_bounds};
+    use crate::accel::triangle_bounds;
     use glam::Vec3;
 
     #[test]

@@ -40,6 +40,9 @@ impl ChildRef {
     /// An unused lane. Its box is empty, so that no ray follows it.
     pub const EMPTY: ChildRef = ChildRef(u32::MAX);
 
+    /// The first node.
+    pub const ROOT: ChildRef = ChildRef(0);
+
     #[inline]
     pub fn node(index: usize) -> Self {
         debug_assert!(index < Self::MAX_INDEX);

@@ -12,7 +12,13 @@ mod build_sah;
 mod bvh;
 mod grid;
 mod instance;
+mod key_trees;
+mod lazy;
+mod lazy_cut;
+mod lazy_patch;
+mod lazy_validate;
 mod level_order;
+mod links;
 mod memory;
 mod object_accel;
 mod partition;
@@ -28,6 +34,7 @@ mod top_level_bvh;
 mod top_level_split;
 mod two_level;
 mod validate;
+mod vertex_box;
 
 pub use aabb::{Aabb, MAX_COORDINATE, least_area, triangle_bounds};
 pub use bsp::{BSP_MAX_DEPTH, Bsp, BspNode, BspTree};
@@ -37,6 +44,8 @@ pub use build_sah::build_sah;
 pub use bvh::{BLOCK, Bvh, ChildRef, MAX_DEPTH, MAX_LEAF_BLOCKS, Node8, OutOfMemory, Subtree, Tri4, WIDTH};
 pub use grid::Grid;
 pub use instance::{InstanceRecord, Space, to_world};
+pub use lazy::{LazyBvh, LazyPart, OwnPart, Touch};
+pub use lazy_validate::validate_lazy;
 pub use object_accel::{ObjectAccel, Structure};
 pub use refit::Refit;
 pub use statics::{Merged, Merging};
@@ -45,6 +54,8 @@ pub use top_level_bvh::TopLevelBvh;
 pub use two_level::{TopLevel, TwoLevel, UpdateStats};
 pub use validate::validate;
 
+#[cfg(test)]
+mod lazy_tests;
 #[cfg(test)]
 pub(crate) mod test_meshes;
 #[cfg(test)]

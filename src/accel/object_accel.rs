@@ -14,12 +14,16 @@ use super::build_sah::{SahScratch, rebuild_sah};
 use super::bvh::{Bvh, OutOfMemory};
 use super::grid::Grid;
 use super::instance::to_world;
+use super::key_trees::KeyTrees;
+use super::lazy::{LazyBvh, Source};
+use super::links::Links;
 use super::rotate::Best;
 use super::strategy::{Method, Moved, WORN};
-use super::{Aabb, Refit};
+use super::{Aabb, Refit, build_sah};
 use crate::scene::{Mesh, Name, Object, Strategy};
 use glam::Affine3A;
-use std::borrow::Cow;
+use std::ops::Deref;
+use std::sync::Arc;
 
 /// After so many defeats in a row rotations are tried in every eighth frame.
 const MOST_DEFEATS: u32 = 3;
@@ -33,6 +37,19 @@ pub enum Structure {
     Bvh(Bvh),
     Bsp(Bsp),
     Grid(Grid),
+    Lazy(LazyBvh),
+}
+
+impl Structure {
+    pub(super) fn memory_bytes(&self) -> usize {
+        match self {
+            Structure::None => 0,
+            Structure::Bvh(bvh) => bvh.memory_bytes(),
+            Structure::Bsp(bsp) => bsp.memory_bytes(),
+            Structure::Grid(grid) => grid.memory_bytes(),
+            Structure::Lazy(lazy) => lazy.memory_bytes(),
+        }
+    }
 }
 
 /// One object's structure and what it was made from.
@@ -55,6 +72,10 @@ pub struct ObjectAccel {
     calm: u32,
     exits: u32,
     rotations: Rotations,
+    /// For partial refits, once there has been one, and how many nodes these have looked at since wear was.
+    links: Option<Links>,
+    patched: usize,
+    keys: KeyTrees,
     scratch: Scratch,
 }
 
@@ -119,6 +140,7 @@ impl ObjectAccel {
             Structure::Bvh(bvh) => bvh.bounds(),
             Structure::Bsp(bsp) => bsp.bounds(),
             Structure::Grid(grid) => grid.bounds(),
+            Structure::Lazy(lazy) => lazy.bounds(),
         }
     }
 
@@ -130,14 +152,21 @@ impl ObjectAccel {
 
     /// Bytes held; 0 while nothing is built.
     pub fn memory_bytes(&self) -> usize {
-        let structure = match &self.structure {
-            Structure::None => 0,
-            Structure::Bvh(bvh) => bvh.memory_bytes(),
-            Structure::Bsp(bsp) => bsp.memory_bytes(),
-            Structure::Grid(grid) => grid.memory_bytes(),
-        };
+        let links = self.links.as_ref().map_or(0, Links::memory_bytes);
+        let structure = self.structure.memory_bytes() + self.keys.memory_bytes();
         let rotations = self.rotations.best.capacity() * size_of::<Best>();
-        structure + rotations + self.scratch.sah.memory_bytes() + self.scratch.fast.memory_bytes()
+        structure + links + rotations + self.scratch.sah.memory_bytes() + self.scratch.fast.memory_bytes()
+    }
+
+    /// What rays have had brought up to date since [`ObjectAccel::forget_touched`]: subtrees and nodes.
+    pub(super) fn touched(&self) -> (u32, u64) {
+        if let Structure::Lazy(lazy) = &self.structure { lazy.touched() } else { (0, 0) }
+    }
+
+    pub(super) fn forget_touched(&mut self) {
+        if let Structure::Lazy(lazy) = &mut self.structure {
+            lazy.forget_touched();
+        }
     }
 
     /// Where the structure is, if it is in world space: then rays are not transformed.
@@ -169,6 +198,7 @@ impl ObjectAccel {
     /// The triangles are in the merged tree from now on.
     pub(super) fn enter_merged(&mut self) {
         self.structure = Structure::None;
+        self.links = None;
         self.merged = true;
     }
 
@@ -188,10 +218,14 @@ impl ObjectAccel {
         let redefined = self.definitions > 1 || (self.definitions == 1 && !same_topology);
         let method = Method::choose(object, forced, redefined);
         let same_method = self.made_with == Some(method);
-        if same_vertices && same_method {
+        let follows = method.follows_keys() && placed.is_none() && !object.keys.is_empty();
+        if same_vertices && same_method && self.keys.are_current(object, follows) {
             self.calm = self.calm.saturating_add(1);
             // At rest, it needs no memory for builds.
             self.scratch = Scratch::default();
+            if let (Structure::Lazy(lazy), None) = (&mut self.structure, moved_by(placed)) {
+                lazy.set_source(Source::Scene(Arc::downgrade(&object.mesh)));
+            }
             return Outcome::Unchanged;
         }
         // Said to be static, and moved all the same: the next move must not cost as much again.
@@ -202,8 +236,13 @@ impl ObjectAccel {
         self.calm = 0;
         self.placed = placed;
         let outcome = world_mesh(&object.mesh, placed).and_then(|mesh| {
-            let refitted = if same_topology && same_method { self.refit(&mesh, method) } else { None };
-            match refitted {
+            let stays = same_place && matches!(mesh, Located::Object(_));
+            let moved = if stays { object.moves.since(self.vertex_version.max(self.topology_version)) } else { None };
+            let same_tree = same_topology && same_method;
+            let (moved, built) = self.follow_keys(object, &mesh, method, (follows, same_tree), moved)?;
+            let kept = same_tree || built > 0;
+            match if kept { self.refit(&mesh, method, moved) } else { None } {
+                Some(Outcome::Refitted(nodes)) if built > 0 => Ok(Outcome::Built(nodes)),
                 Some(outcome) => Ok(outcome),
                 None => self.build(object, &mesh, method, hurried),
             }
@@ -217,14 +256,53 @@ impl ObjectAccel {
             }
             Err(error) => {
                 self.structure = Structure::None;
+                self.keys.clear();
                 self.made_with = None;
                 Outcome::Failed(error)
             }
         }
     }
 
-    /// Answers a vertex update by a refit; `None` where the method or the result asks for a build.
-    fn refit(&mut self, mesh: &Mesh, method: Method) -> Option<Outcome> {
+    /// Changes to the tree of the active key frame. Returns which vertices it still has to follow, out of those that `moved`, and how many trees were built.
+    fn follow_keys(
+        &mut self,
+        object: &Object,
+        mesh: &Located<'_>,
+        method: Method,
+        (follows, same_tree): (bool, bool),
+        moved: Option<Vec<u32>>,
+    ) -> Result<(Option<Vec<u32>>, usize), OutOfMemory> {
+        let mut keys = std::mem::take(&mut self.keys);
+        if !same_tree {
+            keys.clear();
+        }
+        let mut tree = if same_tree || !follows { std::mem::take(&mut self.structure) } else { Structure::None };
+        let followed = keys.follow(object, follows, &mut tree, |key| {
+            Ok(match method {
+                Method::Lazy(shape) => Structure::Lazy(LazyBvh::new(key, mesh.source(), shape)?),
+                _ => Structure::Bvh(build_sah(key)?),
+            })
+        })?;
+        self.structure = tree;
+        self.keys = keys;
+        if !followed.switched {
+            return Ok((moved, followed.built));
+        }
+        self.links = None;
+        Ok((None, followed.built))
+    }
+
+    /// Answers a vertex update by a refit, of what hangs on the vertices `moved` if it is known which; `None` where the method or the result asks
+    /// for a build.
+    fn refit(&mut self, mesh: &Located<'_>, method: Method, moved: Option<Vec<u32>>) -> Option<Outcome> {
+        if let Structure::Lazy(lazy) = &mut self.structure {
+            // Without memory for a partial update it is a complete one.
+            let some = moved.and_then(|vertices| lazy.moved_some(mesh, mesh.source(), &vertices).ok());
+            return some.or_else(|| lazy.moved(mesh, mesh.source())).map(Outcome::Refitted);
+        }
+        if let Some(nodes) = moved.and_then(|vertices| self.refit_moved(mesh, method, &vertices)) {
+            return Some(Outcome::Refitted(nodes));
+        }
         let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.structure, method) else { return None };
         if moved == Moved::Rotate {
             return self.rotate(mesh);
@@ -232,6 +310,7 @@ impl ObjectAccel {
         if moved == Moved::Rebuild || bvh.refit(mesh) == Refit::NeedsRebuild {
             return None;
         }
+        self.patched = 0;
         if moved == Moved::RefitUntilWorn && bvh.sah_cost() > WORN * self.cost_when_built {
             return self.renew(mesh);
         }
@@ -260,6 +339,7 @@ impl ObjectAccel {
             Structure::Bvh(bvh) => bvh,
             _ => Bvh::default(),
         };
+        self.links = None;
         let in_levels = old.is_in_level_order();
         let mut bvh = rebuild_fast(mesh, old, &mut self.scratch.fast).ok()?;
         if in_levels {
@@ -272,9 +352,33 @@ impl ObjectAccel {
         Some(Outcome::Built(nodes))
     }
 
-    fn build(&mut self, object: &Object, mesh: &Mesh, method: Method, hurried: bool) -> Result<Outcome, OutOfMemory> {
+    /// The partial refit, which says how many nodes it looked at; `None` where a complete one or a build is due.
+    fn refit_moved(&mut self, mesh: &Mesh, method: Method, vertices: &[u32]) -> Option<usize> {
+        let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.structure, method) else { return None };
+        if !matches!(moved, Moved::Refit | Moved::RefitUntilWorn) {
+            return None;
+        }
+        let links = match self.links.take() {
+            Some(links) => links,
+            None => bvh.links(mesh).ok()?,
+        };
+        let (refit, nodes) = bvh.refit_moved(mesh, vertices, self.links.insert(links));
+        self.patched += nodes;
+        // Wear is a property of all nodes, so it is looked at when as many have been.
+        let looks = moved == Moved::RefitUntilWorn && self.patched > bvh.nodes().len();
+        (refit == Refit::Done && !looks).then_some(nodes)
+    }
+
+    fn build(
+        &mut self,
+        object: &Object,
+        mesh: &Located<'_>,
+        method: Method,
+        hurried: bool,
+    ) -> Result<Outcome, OutOfMemory> {
         // The old structure goes first, or becomes the new one's memory: both together may not fit.
         let old = std::mem::take(&mut self.structure);
+        self.links = None;
         if self.topology_version != object.topology_version || self.made_with.is_none() {
             self.definitions += 1;
         }
@@ -290,6 +394,13 @@ impl ObjectAccel {
                 let recycled = if let Structure::Grid(grid) = old { grid } else { Grid::default() };
                 self.structure = Structure::Grid(Grid::new(mesh, recycled)?);
                 0
+            }
+            Method::Lazy(shape) => {
+                drop(old);
+                let lazy = LazyBvh::new(mesh, mesh.source(), shape)?;
+                let nodes = lazy.nodes();
+                self.structure = Structure::Lazy(lazy);
+                nodes
             }
             Method::Bvh { fast, moved } => {
                 let recycled = if let Structure::Bvh(bvh) = old { bvh } else { Bvh::default() };
@@ -328,14 +439,47 @@ impl ObjectAccel {
     }
 }
 
+/// What vertices are moved by, if anything.
+fn moved_by(placed: Option<Affine3A>) -> Option<Affine3A> {
+    placed.filter(|m| *m != Affine3A::IDENTITY)
+}
+
+/// A mesh in the space of its structure.
+enum Located<'a> {
+    /// The scene's own.
+    Object(&'a Arc<Mesh>),
+    World(Arc<Mesh>),
+}
+
+impl Deref for Located<'_> {
+    type Target = Mesh;
+
+    fn deref(&self) -> &Mesh {
+        match self {
+            Located::Object(mesh) => mesh,
+            Located::World(mesh) => mesh,
+        }
+    }
+}
+
+impl Located<'_> {
+    /// Where a structure finds it later.
+    fn source(&self) -> Source {
+        match self {
+            Located::Object(mesh) => Source::Scene(Arc::downgrade(mesh)),
+            Located::World(mesh) => Source::Own(mesh.clone()),
+        }
+    }
+}
+
 /// The mesh in world space, if it is placed there.
-fn world_mesh(mesh: &Mesh, placed: Option<Affine3A>) -> Result<Cow<'_, Mesh>, OutOfMemory> {
-    let Some(place) = placed.filter(|m| *m != Affine3A::IDENTITY) else { return Ok(Cow::Borrowed(mesh)) };
+fn world_mesh(mesh: &Arc<Mesh>, placed: Option<Affine3A>) -> Result<Located<'_>, OutOfMemory> {
+    let Some(place) = moved_by(placed) else { return Ok(Located::Object(mesh)) };
     let mut world = Mesh::default();
     let bytes = size_of_val(&mesh.positions[..]) + size_of_val(&mesh.triangles[..]);
     let reserved = world.positions.try_reserve_exact(mesh.positions.len());
     reserved.and(world.triangles.try_reserve_exact(mesh.triangles.len())).map_err(|_| OutOfMemory { bytes })?;
     world.positions.extend(mesh.positions.iter().map(|&p| to_world(&place, p)));
     world.triangles.extend_from_slice(&mesh.triangles);
-    Ok(Cow::Owned(world))
+    Ok(Located::World(Arc::new(world)))
 }

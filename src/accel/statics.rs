@@ -333,7 +333,7 @@ impl Statics {
 
 /// The triangles of all members in world space, one after the other.
 fn gather(scene: &Scene, members: &[(Member, Identity)]) -> Result<Mesh, OutOfMemory> {
-    let mesh_of = |member: &Member| scene.objects.get(&member.object).map(|object| &object.mesh);
+    let mesh_of = |member: &Member| scene.objects.get(&member.object).map(|object| &*object.mesh);
     let sum = |of: fn(&Mesh) -> usize| members.iter().filter_map(|(m, _)| mesh_of(m)).map(of).sum::<usize>();
     let (vertices, triangles) = (sum(|mesh| mesh.positions.len()), sum(|mesh| mesh.triangles.len()));
     let bytes = vertices.saturating_mul(size_of::<Vec3>()).saturating_add(triangles.saturating_mul(12));

@@ -8,7 +8,7 @@
 //!   [`WORN`] times as costly to trace as after its build; then it is built anew, fast. Those that are defined anew every
 //!   frame are built fast, from the second time on.
 
-use crate::scene::{Motion, Object, Strategy, TopLevelKind};
+use crate::scene::{LazyShape, Motion, Object, Strategy, TopLevelKind};
 
 /// SAH cost after refits over cost after the build beyond which `Auto` builds anew. Embree's refit-only series on the soup of spheres
 /// lose 20 % of trace time per frame; at 1.5 a build amortises over two or three frames.
@@ -23,6 +23,8 @@ pub(super) enum Method {
     Grid,
     /// The 8-wide tree: by Morton order if `fast`, else by binned SAH.
     Bvh { fast: bool, moved: Moved },
+    /// The tree that rays bring up to date.
+    Lazy(LazyShape),
 }
 
 /// What happens to an 8-wide tree when vertices have moved.
@@ -37,6 +39,11 @@ pub(super) enum Moved {
 }
 
 impl Method {
+    /// Whether trees for key frames take turns: where a tree is kept while vertices move, and not built anew.
+    pub fn follows_keys(self) -> bool {
+        matches!(self, Method::Lazy(_) | Method::Bvh { moved: Moved::Refit, .. })
+    }
+
     /// The method for `object`; `redefined`: it has been built before, for another topology.
     /// `forced` (from `OPENRT_ACCEL`) beats the object's own choice.
     pub fn choose(object: &Object, forced: Option<Strategy>, redefined: bool) -> Method {
@@ -48,6 +55,7 @@ impl Method {
             Strategy::FastBuild => Method::Bvh { fast: true, moved: Moved::Rebuild },
             Strategy::Refit => Method::Bvh { fast: false, moved: Moved::Refit },
             Strategy::Rotate => Method::Bvh { fast: false, moved: Moved::Rotate },
+            Strategy::Lazy => Method::Lazy(object.lazy),
             Strategy::Auto if unstructured => Method::Bvh { fast: redefined, moved: Moved::RefitUntilWorn },
             Strategy::Auto => Method::Bvh { fast: false, moved: Moved::Rebuild },
         }

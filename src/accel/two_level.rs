@@ -194,6 +194,11 @@ impl TwoLevel {
         &self.placed.origin_error
     }
 
+    /// What rays have had brought up to date since the last update, in objects of [`Strategy::Lazy`]: subtrees, and nodes in them.
+    pub fn touched(&self) -> (u64, u64) {
+        self.objects.iter().map(ObjectAccel::touched).fold((0, 0), |sum, (s, n)| (sum.0 + u64::from(s), sum.1 + n))
+    }
+
     /// Brings everything in line with the scene and the frame's instances. Instances of objects that do not exist or
     /// have no triangles, and instances with a matrix that is not finite or not invertible, draw nothing.
     /// To be called inside the pool.
@@ -297,6 +302,7 @@ impl TwoLevel {
                 *shown = Shown { times: shown.times.saturating_add(1), number: number as u32 };
             }
         }
+        objects.iter_mut().for_each(ObjectAccel::forget_touched);
         let forced = self.forced;
         objects.par_iter_mut().zip(outcomes).zip(shown).for_each(|((accel, outcome), shown)| {
             if let (Some(outcome), Some(object)) = (outcome, scene.objects.get(&accel.name())) {

@@ -184,6 +184,17 @@ impl<'a> Indices<'a> {
         })
     }
 
+    /// All of them.
+    ///
+    /// # Errors
+    /// `OutOfMemory`.
+    pub fn to_vec(&self) -> Result<Vec<u32>> {
+        let mut all = Vec::new();
+        all.try_reserve_exact(self.len())?;
+        all.extend(self.iter());
+        Ok(all)
+    }
+
     /// The highest index; tells a caller who holds only pointers how long the arrays must be.
     pub fn max(&self) -> Option<u32> {
         self.iter().max()

@@ -49,9 +49,9 @@ pub use glam;
 pub use crate::backend::Level;
 pub use crate::frame::{FrameStats, PixelFormat, PixelSink, Target, TargetLayout};
 pub use crate::scene::{
-    CameraShader, EnvironmentShader, Filter, LightSample, LightShader, Motion, Name, ParamDef, ParamScope, ParamType,
-    ParamValue, PrimaryRay, Program, ShaderClass, ShaderKind, ShadingContext, Strategy, SurfacePoint, SurfaceShader,
-    TextureFormat, TopLevelKind, Wrap,
+    CameraShader, EnvironmentShader, Filter, LazyShape, LightSample, LightShader, Motion, Name, ParamDef, ParamScope,
+    ParamType, ParamValue, PrimaryRay, Program, ShaderClass, ShaderKind, ShadingContext, Strategy, SurfacePoint,
+    SurfaceShader, TextureFormat, TopLevelKind, Wrap,
 };
 pub use crate::trace::{Hit, Ray};
 

@@ -4,7 +4,7 @@ use super::context::Context;
 use super::error::{Error, Result};
 use super::mesh_builder::{MeshBuilder, try_copy};
 use super::names::FIRST_RESERVED;
-use crate::scene::{Command, Motion, Name, Strategy};
+use crate::scene::{Command, LazyShape, Motion, Name, Strategy};
 use glam::Vec3;
 use std::borrow::Cow;
 
@@ -18,17 +18,23 @@ pub enum Mode {
 }
 
 /// A settable property of an object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ObjectParameter {
     Strategy(Strategy),
     Motion(Motion),
+    /// How the strategy `Lazy` cuts the tree; changing it builds the tree anew.
+    LazyShape(LazyShape),
+    /// Which of the key frames is the active one, see [`Context::key_frame`]; finite, 0 at first.
+    Time(f32),
 }
 
 /// What an object is, for getters. A name that was generated and not defined has no triangles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ObjectInfo {
     pub motion: Motion,
     pub strategy: Strategy,
+    pub lazy_shape: LazyShape,
+    pub time: f32,
     pub vertex_count: u32,
     pub triangle_count: u32,
     /// Some vertex has a normal of its own.
@@ -167,10 +173,13 @@ impl Context {
     /// Sets a property of an object, from the next frame on.
     ///
     /// # Errors
-    /// `InvalidValue` when there is no such object.
+    /// `InvalidValue` when there is no such object, or the value is a time that is not finite.
     pub fn object_parameter(&mut self, name: Name, parameter: ObjectParameter) -> Result<()> {
         self.outside_begin()?;
         self.known_object(name)?;
+        if matches!(parameter, ObjectParameter::Time(time) if !time.is_finite()) {
+            return Err(Error::invalid_value("the time is not finite"));
+        }
         self.backend.reserve(1)?;
         self.objects.try_reserve(1)?;
         let info = self.objects.entry(name).or_default();
@@ -182,6 +191,14 @@ impl Context {
             ObjectParameter::Motion(motion) => {
                 info.motion = motion;
                 self.backend.send(Command::SetMotion { name, motion });
+            }
+            ObjectParameter::LazyShape(shape) => {
+                info.lazy_shape = shape;
+                self.backend.send(Command::SetLazyShape { name, shape });
+            }
+            ObjectParameter::Time(time) => {
+                info.time = time;
+                self.backend.send(Command::SetTime { name, time });
             }
         }
         Ok(())
@@ -212,6 +229,66 @@ impl Context {
         let positions = owned(positions)?;
         self.backend.reserve(1)?;
         self.backend.send(Command::UpdatePositions { name, first, positions });
+        Ok(())
+    }
+
+    /// Moves the vertices whose numbers are in `vertices`, each to the position at the same place in `positions`; of one that is named twice the last
+    /// counts. What it costs depends on how many are moved, not on how many the object has, if its strategy is `Lazy` or one that refits.
+    ///
+    /// # Errors
+    /// `InvalidValue` when there is no such object, it has fewer vertices, or the slices differ in length.
+    pub fn update_vertex_elements<'a>(
+        &mut self,
+        name: Name,
+        vertices: impl Into<Cow<'a, [u32]>>,
+        positions: impl Into<Cow<'a, [Vec3]>>,
+    ) -> Result<()> {
+        self.outside_begin()?;
+        let (vertices, positions) = (vertices.into(), positions.into());
+        let info = self.vertex_range(name, 0, 0)?;
+        if vertices.len() != positions.len() {
+            return Err(Error::invalid_value("there must be one position per vertex"));
+        }
+        if vertices.iter().any(|&vertex| vertex >= info.vertex_count) {
+            return Err(Error::invalid_value("the object has fewer vertices"));
+        }
+        if vertices.is_empty() {
+            return Ok(());
+        }
+        let (vertices, positions) = (owned(vertices)?, owned(positions)?);
+        self.backend.reserve(1)?;
+        self.backend.send(Command::MovePositions { name, vertices, positions });
+        Ok(())
+    }
+
+    /// Has a structure built for positions that the object's vertices will have at `time`, about. Nothing moves by that. Of all key frames of an object
+    /// the one nearest to its [`ObjectParameter::Time`] is active: its structure is what follows the vertices then, under the strategies `Lazy` and
+    /// `Refit`. Good for animations that tear a mesh apart. A key frame of the same time is replaced; defining the object anew deletes all.
+    ///
+    /// # Errors
+    /// `InvalidValue` when there is no such object, it has another number of vertices, or the time is not finite.
+    pub fn key_frame<'a>(&mut self, name: Name, time: f32, positions: impl Into<Cow<'a, [Vec3]>>) -> Result<()> {
+        self.outside_begin()?;
+        let positions = positions.into();
+        let info = self.vertex_range(name, 0, 0)?;
+        if positions.len() != info.vertex_count as usize || !time.is_finite() {
+            return Err(Error::invalid_value("a key frame has a finite time and a position for each vertex"));
+        }
+        let positions = owned(positions)?;
+        self.backend.reserve(1)?;
+        self.backend.send(Command::SetKeyFrame { name, time, positions });
+        Ok(())
+    }
+
+    /// Deletes all key frames of an object.
+    ///
+    /// # Errors
+    /// `InvalidValue` when there is no such object.
+    pub fn delete_key_frames(&mut self, name: Name) -> Result<()> {
+        self.outside_begin()?;
+        self.known_object(name)?;
+        self.backend.reserve(1)?;
+        self.backend.send(Command::DeleteKeyFrames { name });
         Ok(())
     }
 
@@ -249,10 +326,10 @@ impl Context {
     }
 }
 
-fn owned(vectors: Cow<'_, [Vec3]>) -> Result<Vec<Vec3>> {
-    match vectors {
-        Cow::Borrowed(vectors) => try_copy(vectors),
-        Cow::Owned(vectors) => Ok(vectors),
+fn owned<T: Copy>(values: Cow<'_, [T]>) -> Result<Vec<T>> {
+    match values {
+        Cow::Borrowed(values) => try_copy(values),
+        Cow::Owned(values) => Ok(values),
     }
 }
 

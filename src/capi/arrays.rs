@@ -300,6 +300,69 @@ pub unsafe extern "C" fn rtUpdateVertices(
     })
 }
 
+/// Moves count vertices of an object whose numbers are at indices, of type RT_UNSIGNED_BYTE, RT_UNSIGNED_SHORT or
+/// RT_UNSIGNED_INT, as rtUpdateVertices() moves a range: the first to the position at vertices, and so on. Of a
+/// vertex that is named twice the last position counts. What it costs depends on how many vertices are moved, not
+/// on how many the object has, if its update strategy is RT_LAZY or RT_REFIT, or RT_AUTO and the object
+/// RT_UNSTRUCTURED.
+///
+/// Errors: RT_INVALID_VALUE when there is no such object, it has no such vertex, a number is negative, or indices or
+/// vertices is NULL; RT_INVALID_ENUM for another type; RT_INVALID_OPERATION between rtBegin() and rtEnd();
+/// RT_OUT_OF_MEMORY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rtUpdateVertexElements(
+    object: RTuint,
+    count: RTsizei,
+    type_: RTenum,
+    indices: *const c_void,
+    stride: RTsizei,
+    vertices: *const RTfloat,
+) {
+    guard(|cx| {
+        cx.get_object_parameters(object)?;
+        let component = component(type_)?;
+        Indices::new(component, &[])?;
+        let bytes = count.checked_mul(component.bytes() as RTsizei);
+        let bytes = bytes.ok_or_else(|| Error::invalid_value("more indices than two gigabytes hold"))?;
+        // SAFETY: `indices` is NULL or holds `count` indices, says the manual; they are read before we return.
+        let indices = Indices::new(component, unsafe { slice(indices.cast::<u8>(), bytes)? })?;
+        // SAFETY: NULL or `count` vectors, says the manual.
+        cx.update_vertex_elements(object, indices.to_vec()?, unsafe { vectors(count, stride, vertices)? })
+    })
+}
+
+/// Has a structure built for where the vertices of an object will be at about a time: count positions, one for each
+/// vertex, as rtUpdateVertices() takes them. Nothing moves by that. Of the key frames of an object, the one nearest
+/// to its RT_OBJECT_TIME (see rtObjectParameterf()) is active: its structure follows the vertices then, if the
+/// update strategy is RT_LAZY or RT_REFIT; others do without. Good for animations that tear a mesh apart. A key
+/// frame of the same time is replaced. rtEndObject() and rtDeleteKeyFrames() delete all of an object.
+///
+/// Errors: RT_INVALID_VALUE when there is no such object, count is not the number of its vertices, the time is not
+/// finite, the stride is negative, or vertices is NULL; RT_INVALID_OPERATION between rtBegin() and rtEnd();
+/// RT_OUT_OF_MEMORY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rtKeyFrame(
+    object: RTuint,
+    time: RTfloat,
+    count: RTsizei,
+    stride: RTsizei,
+    vertices: *const RTfloat,
+) {
+    guard(|cx| {
+        vertex_range(cx.get_object_parameters(object)?.vertex_count, 0, count)?;
+        // SAFETY: NULL or `count` vectors, says the manual.
+        cx.key_frame(object, time, unsafe { vectors(count, stride, vertices)? })
+    })
+}
+
+/// Deletes the key frames of an object.
+///
+/// Errors: RT_INVALID_VALUE when there is no such object, RT_INVALID_OPERATION between rtBegin() and rtEnd().
+#[unsafe(no_mangle)]
+pub extern "C" fn rtDeleteKeyFrames(object: RTuint) {
+    guard(|cx| cx.delete_key_frames(object))
+}
+
 /// Changes the normals of an object as rtUpdateVertices() changes its vertices.
 ///
 /// Errors: as rtUpdateVertices(); RT_INVALID_OPERATION also when the object was defined without normals.

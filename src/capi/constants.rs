@@ -68,6 +68,13 @@ pub const RT_MOTION: RTenum = 0x6001;
 pub const RT_TRIANGLE_COUNT: RTenum = 0x6002;
 /// Object parameter, read only: the number of vertices, as counted by rtUpdateVertices().
 pub const RT_VERTEX_COUNT: RTenum = 0x6003;
+/// Parameter of objects: how many triangles the subtrees have at most that RT_LAZY updates when a ray reaches them.
+/// 0: subtrees at half the height.
+pub const RT_LAZY_CUT: RTenum = 0x6004;
+/// Parameter of objects: how many levels of such a subtree RT_LAZY updates at once; 0: all.
+pub const RT_LAZY_LEVELS: RTenum = 0x6005;
+/// Parameter of objects: a time, which chooses among key frames. See rtKeyFrame().
+pub const RT_OBJECT_TIME: RTenum = 0x6006;
 /// Update strategy: chosen from the motion flag and from what was measured. The default.
 pub const RT_AUTO: RTenum = 0x6010;
 /// Update strategy: object BSP tree (Wald, Benthin and Slusallek 2003).
@@ -87,6 +94,9 @@ pub const RT_ROTATE: RTenum = 0x6017;
 /// Update strategy: uniform grid, made anew when the geometry changes (Larsson and Akenine-Moeller 2003), for triangles
 /// of like size that move without any order.
 pub const RT_GRID: RTenum = 0x6018;
+/// Update strategy: built once, then only what rays reach is brought up to date, when they reach it (Larsson and
+/// Akenine-Moeller 2003).
+pub const RT_LAZY: RTenum = 0x6016;
 /// Top level: 8-wide bounding volume hierarchy over the instances, see rtTopLevel().
 pub const RT_TOPLEVEL_BVH: RTenum = 0x6015;
 

@@ -249,6 +249,8 @@ pub unsafe extern "C" fn rtGetFrameStats(stats: *mut RTframeStats) {
             instances: stats.instances as f64,
             triangles: stats.triangles as f64,
             nodesUpdated: stats.nodes_updated as f64,
+            subtreesTouched: stats.subtrees_touched as f64,
+            nodesTouched: stats.nodes_touched as f64,
             structureBytes: stats.structure_bytes as f64,
             objectsBuilt: stats.objects_built,
             objectsRefitted: stats.objects_refitted,

@@ -35,6 +35,7 @@ fn strategy(value: RTenum) -> Result<Strategy> {
         RT_REFIT => Strategy::Refit,
         RT_ROTATE => Strategy::Rotate,
         RT_GRID => Strategy::Grid,
+        RT_LAZY => Strategy::Lazy,
         _ => return Err(Error::invalid_enum("not an update strategy")),
     })
 }
@@ -100,27 +101,41 @@ fn object_parameter(cx: &mut Context, object: RTuint, pname: RTenum, value: RTen
     let parameter = match pname {
         RT_UPDATE_STRATEGY => ObjectParameter::Strategy(strategy(value)?),
         RT_MOTION => ObjectParameter::Motion(motion(value)?),
+        RT_LAZY_CUT | RT_LAZY_LEVELS => {
+            let number = u32::try_from(value as RTint).map_err(|_| Error::invalid_value("the number is negative"))?;
+            let mut shape = cx.get_object_parameters(object)?.lazy_shape;
+            *if pname == RT_LAZY_CUT { &mut shape.cut } else { &mut shape.levels } = number;
+            ObjectParameter::LazyShape(shape)
+        }
+        RT_OBJECT_TIME => ObjectParameter::Time(value as RTint as f32),
         _ => return Err(Error::invalid_enum("not a parameter of objects that can be set")),
     };
     cx.object_parameter(object, parameter)
 }
 
 /// Sets a parameter of an object, from the next frame on. RT_UPDATE_STRATEGY: RT_AUTO, RT_BSP, RT_SAH,
-/// RT_FAST_BUILD, RT_REFIT, RT_ROTATE or RT_GRID. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. Neither changes the picture,
-/// but for rounding: vertices of an RT_STATIC object that is placed once are transformed, for others rays are.
+/// RT_FAST_BUILD, RT_REFIT, RT_ROTATE, RT_GRID or RT_LAZY. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. RT_LAZY_CUT: the
+/// most triangles that a subtree has which RT_LAZY updates when a ray reaches it (1024 at first; 0 for subtrees at half
+/// the height). RT_LAZY_LEVELS: how many levels of it are updated at once (0, all, at first). RT_OBJECT_TIME: the
+/// time that chooses among key frames, see rtKeyFrame(). None of them changes the picture, but for rounding:
+/// vertices of an RT_STATIC object that is placed once are transformed, for others rays are.
 ///
-/// Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object,
+/// Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object or a number
+/// is negative that must not be,
 /// RT_INVALID_OPERATION between rtBegin() and rtEnd().
 #[unsafe(no_mangle)]
 pub extern "C" fn rtObjectParameteri(object: RTuint, pname: RTenum, param: RTint) {
     guard(|cx| object_parameter(cx, object, pname, param as RTenum))
 }
 
-/// See rtObjectParameteri(); the value is rounded.
+/// See rtObjectParameteri(); values but RT_OBJECT_TIME are rounded. RT_INVALID_VALUE for a time that is not finite.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtObjectParameterf(object: RTuint, pname: RTenum, param: RTfloat) {
     // A float that is not a number becomes 0, which is no value of any parameter.
-    guard(|cx| object_parameter(cx, object, pname, param.round() as RTenum))
+    guard(|cx| match pname {
+        RT_OBJECT_TIME => cx.object_parameter(object, ObjectParameter::Time(param)),
+        _ => object_parameter(cx, object, pname, param.round() as RTenum),
+    })
 }
 
 fn get_object_parameter(cx: &Context, object: RTuint, pname: RTenum) -> Result<RTuint> {
@@ -134,6 +149,7 @@ fn get_object_parameter(cx: &Context, object: RTuint, pname: RTenum) -> Result<R
             Strategy::Refit => RT_REFIT,
             Strategy::Rotate => RT_ROTATE,
             Strategy::Grid => RT_GRID,
+            Strategy::Lazy => RT_LAZY,
         },
         RT_MOTION => match info.motion {
             Motion::Static => RT_STATIC,
@@ -142,12 +158,15 @@ fn get_object_parameter(cx: &Context, object: RTuint, pname: RTenum) -> Result<R
         },
         RT_TRIANGLE_COUNT => info.triangle_count,
         RT_VERTEX_COUNT => info.vertex_count,
+        RT_LAZY_CUT => info.lazy_shape.cut,
+        RT_LAZY_LEVELS => info.lazy_shape.levels,
+        RT_OBJECT_TIME => info.time.round() as RTint as RTuint,
         _ => return Err(Error::invalid_enum("not a parameter of objects")),
     })
 }
 
-/// Stores a parameter of an object at params: RT_UPDATE_STRATEGY, RT_MOTION, RT_TRIANGLE_COUNT or
-/// RT_VERTEX_COUNT.
+/// Stores a parameter of an object at params: RT_UPDATE_STRATEGY, RT_MOTION, RT_TRIANGLE_COUNT, RT_VERTEX_COUNT,
+/// RT_LAZY_CUT, RT_LAZY_LEVELS or RT_OBJECT_TIME (rounded).
 ///
 /// Errors: RT_INVALID_ENUM for another parameter, RT_INVALID_VALUE when there is no such object or params is
 /// NULL, RT_INVALID_OPERATION between rtBegin() and rtEnd().
@@ -158,10 +177,16 @@ pub unsafe extern "C" fn rtGetObjectParameteriv(object: RTuint, pname: RTenum, p
     guard(|cx| params.set(&[get_object_parameter(cx, object, pname)? as RTint]))
 }
 
-/// See rtGetObjectParameteriv().
+/// See rtGetObjectParameteriv(); RT_OBJECT_TIME is not rounded.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtGetObjectParameterfv(object: RTuint, pname: RTenum, params: *mut RTfloat) {
     // SAFETY: `params` is NULL or a place for one value, says the manual.
     let params = unsafe { OutArray::new(params) };
-    guard(|cx| params.set(&[get_object_parameter(cx, object, pname)? as RTfloat]))
+    guard(|cx| {
+        let value = match pname {
+            RT_OBJECT_TIME => cx.get_object_parameters(object)?.time,
+            _ => get_object_parameter(cx, object, pname)? as RTfloat,
+        };
+        params.set(&[value])
+    })
 }

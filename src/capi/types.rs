@@ -91,8 +91,12 @@ pub struct RTframeStats {
     pub instances: RTdouble,
     /// Triangles, each counted once per instance.
     pub triangles: RTdouble,
-    /// Nodes of acceleration structures that were computed anew.
+    /// Nodes of acceleration structures that were computed anew before the first ray.
     pub nodesUpdated: RTdouble,
+    /// Subtrees of RT_LAZY objects that rays of the frame were the first to reach and so had computed anew.
+    pub subtreesTouched: RTdouble,
+    /// Nodes in these subtrees, which nodesUpdated does not count.
+    pub nodesTouched: RTdouble,
     /// Bytes held by acceleration structures.
     pub structureBytes: RTdouble,
     /// Objects whose structure was built.

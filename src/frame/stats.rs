@@ -21,6 +21,9 @@ pub struct FrameStats {
     pub objects_built: u32,
     pub objects_refitted: u32,
     pub nodes_updated: u64,
+    /// Subtrees of objects with the strategy `Lazy` that rays of this frame reached first, and so had updated; the nodes in them are not in `nodes_updated`.
+    pub subtrees_touched: u64,
+    pub nodes_touched: u64,
     /// Static instances whose triangles have been merged into one structure.
     pub merged_instances: u32,
     /// Bytes held by acceleration structures.

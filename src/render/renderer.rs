@@ -84,8 +84,9 @@ impl Renderer {
         cancel: &AtomicBool,
     ) -> Result<FrameStats, RenderError> {
         let begin = Instant::now();
-        self.framebuffer.resize(frame.size[0], frame.size[1])?;
+        // First, whatever else fails: structures must not stay behind the scene that rays are traced in.
         let mut stats = self.commit(scene, frame)?;
+        self.framebuffer.resize(frame.size[0], frame.size[1])?;
 
         let render_begin = Instant::now();
         let continues = frame.accumulate
@@ -104,6 +105,7 @@ impl Renderer {
         stats.shadow_rays = counts.rays.shadow;
         stats.secondary_rays = counts.rays.secondary;
         stats.cancelled = counts.skipped > 0;
+        (stats.subtrees_touched, stats.nodes_touched) = self.world.touched();
         Ok(stats)
     }
 

@@ -3,7 +3,8 @@
 //! The state machine validates, then sends commands; the back-end applies them in order when a frame starts.
 //! A command that was sent is always valid: applying one cannot fail.
 
-use super::{Mesh, Motion, Name, Object, ParamValue, Scene, Shader, ShaderClass, Strategy, Texture};
+use super::key_frame;
+use super::{KeyFrame, LazyShape, Mesh, Motion, Name, ParamValue, Scene, Shader, ShaderClass, Strategy, Texture};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -26,6 +27,30 @@ pub enum Command {
         name: Name,
         first: u32,
         positions: Vec<Vec3>,
+    },
+    /// New positions for the vertices listed; the topology stays.
+    MovePositions {
+        name: Name,
+        vertices: Vec<u32>,
+        positions: Vec<Vec3>,
+    },
+    SetLazyShape {
+        name: Name,
+        shape: LazyShape,
+    },
+    /// A tree is to be built for these positions of all vertices; one for the same time is replaced. An object defined anew has none.
+    SetKeyFrame {
+        name: Name,
+        time: f32,
+        positions: Vec<Vec3>,
+    },
+    DeleteKeyFrames {
+        name: Name,
+    },
+    /// Chooses among the trees for key frames.
+    SetTime {
+        name: Name,
+        time: f32,
     },
     UpdateNormals {
         name: Name,
@@ -72,8 +97,12 @@ impl Scene {
             Command::DefineObject { name, mesh, motion } => {
                 let object = self.objects.entry(name).or_default();
                 // Not a count of its own: an object deleted and defined again must not look like the one before.
-                let topology_version = self.epoch;
-                *object = Object { mesh, motion, topology_version, ..*object };
+                object.topology_version = self.epoch;
+                object.moves.all(self.epoch);
+                object.keys.clear();
+                object.keys_version = self.epoch;
+                object.mesh = Arc::new(mesh);
+                object.motion = motion;
             }
             Command::SetStrategy { name, strategy } => {
                 self.objects.entry(name).or_default().strategy = strategy;
@@ -83,13 +112,47 @@ impl Scene {
             }
             Command::UpdatePositions { name, first, positions } => {
                 if let Some(object) = self.objects.get_mut(&name) {
-                    overwrite(&mut object.mesh.positions, first, positions);
+                    let of = object.mesh.positions.len();
+                    object.moves.range(self.epoch, first..first.saturating_add(positions.len() as u32), of);
+                    overwrite(&mut Arc::make_mut(&mut object.mesh).positions, first, positions);
                     object.vertex_version = self.epoch;
                 }
             }
+            Command::MovePositions { name, vertices, positions } => {
+                if let Some(object) = self.objects.get_mut(&name) {
+                    let target = &mut Arc::make_mut(&mut object.mesh).positions;
+                    let of = target.len();
+                    for (&vertex, position) in vertices.iter().zip(positions) {
+                        if let Some(target) = target.get_mut(vertex as usize) {
+                            *target = position;
+                        }
+                    }
+                    object.moves.listed(self.epoch, &vertices, of);
+                    object.vertex_version = self.epoch;
+                }
+            }
+            Command::SetLazyShape { name, shape } => {
+                self.objects.entry(name).or_default().lazy = shape;
+            }
+            Command::SetKeyFrame { name, time, positions } => {
+                if let Some(object) = self.objects.get_mut(&name).filter(|o| o.mesh.positions.len() == positions.len())
+                {
+                    key_frame::insert(&mut object.keys, KeyFrame { time, positions, version: self.epoch });
+                    object.keys_version = self.epoch;
+                }
+            }
+            Command::DeleteKeyFrames { name } => {
+                if let Some(object) = self.objects.get_mut(&name) {
+                    object.keys.clear();
+                    object.keys_version = self.epoch;
+                }
+            }
+            Command::SetTime { name, time } => {
+                self.objects.entry(name).or_default().time = time;
+            }
             Command::UpdateNormals { name, first, normals } => {
                 if let Some(object) = self.objects.get_mut(&name) {
-                    overwrite(&mut object.mesh.normals, first, normals);
+                    overwrite(&mut Arc::make_mut(&mut object.mesh).normals, first, normals);
                 }
             }
             Command::DeleteObjects { first, count } => {

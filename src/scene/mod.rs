@@ -7,7 +7,9 @@
 
 mod command;
 mod frame_desc;
+mod key_frame;
 mod mesh;
+mod moves;
 mod object;
 mod program;
 mod shader;
@@ -16,8 +18,10 @@ mod top_level;
 
 pub use command::Command;
 pub use frame_desc::{FrameDesc, Instance, Viewport};
+pub use key_frame::KeyFrame;
 pub use mesh::{Mesh, ParamStream};
-pub use object::{Motion, Object, Strategy};
+pub use moves::Moves;
+pub use object::{LazyShape, Motion, Object, Strategy};
 pub use program::{
     CameraShader, EnvironmentShader, LightSample, LightShader, PrimaryRay, Program, ShadingContext, SurfacePoint,
     SurfaceShader,

@@ -1,6 +1,7 @@
 //! Objects: a mesh, how it moves, and what changed since when.
 
-use super::Mesh;
+use super::{KeyFrame, Mesh, Moves, key_frame};
+use std::sync::Arc;
 
 /// How the application means to move an object (Wald03 §3). A promise that only costs speed when broken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -32,12 +33,21 @@ pub enum Strategy {
     Rotate,
     /// Uniform grid (Larsson03 §5), rebuilt when the geometry changes.
     Grid,
+    /// Binned SAH BVH once; after that only what rays reach is brought up to date, when they reach it (Larsson03 §3).
+    Lazy,
 }
 
 impl Strategy {
     /// Every strategy that can be forced, for tests that loop over all of them.
-    pub const ALL: [Strategy; 6] =
-        [Strategy::Bsp, Strategy::Sah, Strategy::FastBuild, Strategy::Refit, Strategy::Rotate, Strategy::Grid];
+    pub const ALL: [Strategy; 7] = [
+        Strategy::Bsp,
+        Strategy::Sah,
+        Strategy::FastBuild,
+        Strategy::Refit,
+        Strategy::Rotate,
+        Strategy::Grid,
+        Strategy::Lazy,
+    ];
 
     /// Lower-case name, as accepted by the environment variable `OPENRT_ACCEL`.
     pub fn name(self) -> &'static str {
@@ -49,6 +59,7 @@ impl Strategy {
             Strategy::Refit => "refit",
             Strategy::Rotate => "rotate",
             Strategy::Grid => "grid",
+            Strategy::Lazy => "lazy",
         }
     }
 
@@ -58,14 +69,48 @@ impl Strategy {
     }
 }
 
+/// How [`Strategy::Lazy`] cuts a tree into what is updated at once; never changes a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct LazyShape {
+    /// Subtrees of at most so many triangles hang below the part that is updated first. 0: those at half the tree's height, as in the
+    /// paper.
+    pub cut: u32,
+    /// Levels of such a subtree that are updated together when a ray reaches them. 0: the whole subtree.
+    pub levels: u32,
+}
+
+impl Default for LazyShape {
+    fn default() -> Self {
+        Self { cut: 1024, levels: 0 }
+    }
+}
+
 /// A compiled object. The counters only grow; the engine remembers the values that it has seen.
 #[derive(Clone, Debug, Default)]
 pub struct Object {
-    pub mesh: Mesh,
+    /// Structures that are updated while rays are traced keep a weak reference: a change of the mesh then moves it instead of copying it, and
+    /// cuts them off from it.
+    pub mesh: Arc<Mesh>,
     pub motion: Motion,
     pub strategy: Strategy,
+    pub lazy: LazyShape,
     /// Grows when the object is defined anew: indices, counts or shaders changed.
     pub topology_version: u64,
     /// Grows when vertices moved under an unchanged topology.
     pub vertex_version: u64,
+    /// Which ones, by the `vertex_version` of their time.
+    pub moves: Moves,
+    /// In ascending order of time.
+    pub keys: Vec<KeyFrame>,
+    /// Grows when `keys` change.
+    pub keys_version: u64,
+    /// Chooses among `keys`.
+    pub time: f32,
+}
+
+impl Object {
+    /// The key frame nearest to the object's time.
+    pub fn active_key(&self) -> Option<&KeyFrame> {
+        key_frame::nearest(&self.keys, self.time)
+    }
 }

@@ -50,7 +50,7 @@ impl<'a> ShadeScene<'a> {
         let mut last: (Name, Option<&Mesh>) = (0, None);
         let mesh = |instance: &Instance| {
             if instance.object != last.0 {
-                last = (instance.object, scene.objects.get(&instance.object).map(|object| &object.mesh));
+                last = (instance.object, scene.objects.get(&instance.object).map(|object| &*object.mesh));
             }
             last.1
         };

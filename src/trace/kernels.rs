@@ -3,14 +3,19 @@
 //! A shell carries the `#[target_feature]`; the generic kernel inlines into it. Calls go through function pointers, per
 //! object and ray or per batch, never per node.
 
+use super::packet::{Found, Packet};
 use super::packet_batch::trace_many;
-use super::traverse_bvh::traverse;
+use super::traverse_bvh::{SlabLanes, traverse};
+use super::traverse_lazy::{self, At};
+use super::triangle4::RayLanes;
 use super::{Hit, PreparedRay, Ray, traverse_top_bvh};
-use crate::accel::{Bvh, TopLevelBvh, TwoLevel};
+use crate::accel::{Bvh, LazyBvh, TopLevelBvh, TwoLevel};
 use crate::simd::{Level, Scalar};
 
 type Intersect = unsafe fn(&Bvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
 type Occluded = unsafe fn(&Bvh, &PreparedRay) -> bool;
+type Lazy = unsafe fn(&LazyBvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
+type LazyPacket = unsafe fn(&LazyBvh, usize, &Packet, u64, u32, u32, &mut Found);
 type Scene = unsafe fn(&TwoLevel, &TopLevelBvh, &PreparedRay, &mut Hit) -> bool;
 type IntersectMany = unsafe fn(&TwoLevel, &[Ray], &mut [Option<Hit>]);
 type OccludedMany = unsafe fn(&TwoLevel, &[Ray], &mut [bool]);
@@ -21,6 +26,10 @@ pub struct Kernels {
     level: Level,
     intersect: Intersect,
     occluded: Occluded,
+    lazy_intersect: Lazy,
+    lazy_occluded: Lazy,
+    lazy_packet_intersect: LazyPacket,
+    lazy_packet_occluded: LazyPacket,
     scene_intersect: Scene,
     scene_occluded: Scene,
     pub(super) intersect_many: IntersectMany,
@@ -97,10 +106,66 @@ macro_rules! shells {
                 unsafe { trace_many::<$isa, true>(world, &KERNELS, rays, |i, hit| answers[i] = hit.is_some()) }
             }
 
+            /// # Safety
+            /// - The processor has the features named; the child is of the segment.
+            $(#[target_feature(enable = $feature)])*
+            unsafe fn lazy_below<const ANY: bool>(
+                lazy: &LazyBvh,
+                at: At,
+                lanes: &(SlabLanes<$isa>, RayLanes<$isa>),
+                ray: &PreparedRay,
+                object: u32,
+                instance: u32,
+                best: &mut Hit,
+            ) -> bool {
+                let deeper = lazy_below::<ANY>;
+                // SAFETY: the caller's promise.
+                unsafe { traverse_lazy::below::<$isa, ANY>(lazy, at, lanes, ray, object, instance, best, deeper) }
+            }
+
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
+            unsafe fn lazy<const ANY: bool>(
+                lazy: &LazyBvh,
+                ray: &PreparedRay,
+                object: u32,
+                instance: u32,
+                best: &mut Hit,
+            ) -> bool {
+                // SAFETY: the caller's promise.
+                unsafe { traverse_lazy::traverse::<$isa>(lazy, ray, object, instance, best, lazy_below::<ANY>) }
+            }
+
+            /// # Safety
+            /// - The processor has the features named; the tree is not empty.
+            $(#[target_feature(enable = $feature)])*
+            unsafe fn lazy_packet<const ANY: bool>(
+                lazy: &LazyBvh,
+                segment: usize,
+                packet: &Packet,
+                mask: u64,
+                object: u32,
+                instance: u32,
+                found: &mut Found,
+            ) {
+                let (deeper, alone) = (lazy_packet::<ANY>, lazy_below::<ANY>);
+                // SAFETY: the caller's promise.
+                unsafe {
+                    traverse_lazy::packet_below::<$isa, ANY>(
+                        lazy, segment, packet, mask, object, instance, found, deeper, alone,
+                    );
+                }
+            }
+
             pub(super) static KERNELS: Kernels = Kernels {
                 level: super::level_of!($name),
                 intersect,
                 occluded,
+                lazy_intersect: lazy::<false>,
+                lazy_occluded: lazy::<true>,
+                lazy_packet_intersect: lazy_packet::<false>,
+                lazy_packet_occluded: lazy_packet::<true>,
                 scene_intersect,
                 scene_occluded,
                 intersect_many,
@@ -137,14 +202,19 @@ shells!(avx512, crate::simd::Avx512, "avx512f", "avx512vl", "avx2", "bmi1", "bmi
 impl Kernels {
     /// The kernels of `level`, or of the strongest level that the processor has if that is weaker.
     pub fn new(level: Level) -> Kernels {
+        *Kernels::of(level)
+    }
+
+    /// Likewise, not copied.
+    pub(super) fn of(level: Level) -> &'static Kernels {
         match level.min(Level::strongest()) {
-            Level::Scalar => scalar::KERNELS,
+            Level::Scalar => &scalar::KERNELS,
             #[cfg(target_arch = "x86_64")]
-            Level::Sse41 => sse41::KERNELS,
+            Level::Sse41 => &sse41::KERNELS,
             #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => avx2::KERNELS,
+            Level::Avx2 => &avx2::KERNELS,
             #[cfg(target_arch = "x86_64")]
-            Level::Avx512 => avx512::KERNELS,
+            Level::Avx512 => &avx512::KERNELS,
             #[cfg(not(target_arch = "x86_64"))]
             _ => unreachable!("other processors have no level above Scalar"),
         }
@@ -169,6 +239,45 @@ impl Kernels {
     pub fn occluded(&self, bvh: &Bvh, ray: &PreparedRay) -> bool {
         // SAFETY: `new` picks only levels that the processor has.
         unsafe { (self.occluded)(bvh, ray) }
+    }
+
+    /// [`Kernels::intersect`], or with `ANY` [`Kernels::occluded`], in a tree that is brought up to date on the way.
+    #[inline]
+    pub(super) fn lazy<const ANY: bool>(
+        &self,
+        lazy: &LazyBvh,
+        ray: &PreparedRay,
+        object: u32,
+        instance: u32,
+        best: &mut Hit,
+    ) -> bool {
+        // SAFETY: `new` picks only levels that the processor has.
+        unsafe {
+            if ANY {
+                (self.lazy_occluded)(lazy, ray, object, instance, &mut Hit::none(ray.tmax))
+            } else {
+                (self.lazy_intersect)(lazy, ray, object, instance, best)
+            }
+        }
+    }
+
+    /// The rays of `mask` in a tree that is brought up to date on the way; with `ANY` those that are hit leave `found.open`.
+    #[inline]
+    pub(super) fn lazy_packet<const ANY: bool>(
+        &self,
+        lazy: &LazyBvh,
+        packet: &Packet,
+        mask: u64,
+        object: u32,
+        instance: u32,
+        found: &mut Found,
+    ) {
+        if lazy.is_empty() {
+            return;
+        }
+        let kernel = if ANY { self.lazy_packet_occluded } else { self.lazy_packet_intersect };
+        // SAFETY: `new` picks only levels that the processor has; the tree is not empty.
+        unsafe { kernel(lazy, 0, packet, mask, object, instance, found) }
     }
 
     /// The ray through the top-level tree and the objects below it: both levels in one shell. With `ANY` the first hit

@@ -21,6 +21,7 @@ mod tracer;
 mod traverse_bsp;
 mod traverse_bvh;
 mod traverse_grid;
+mod traverse_lazy;
 mod traverse_packet;
 mod traverse_scene;
 mod traverse_top_bvh;

@@ -157,6 +157,10 @@ impl<const ANY: bool> Instances<'_, ANY> {
                     Some(best) => traverse_grid::intersect(grid, ray, record.object, record.instance, best),
                     None => traverse_grid::occluded(grid, ray),
                 }),
+                Structure::Lazy(lazy) => {
+                    let kernels = Kernels::of(world.level());
+                    kernels.lazy_packet::<ANY>(lazy, packet, mask, record.object, record.instance, found);
+                }
                 Structure::None => {}
             }
         }

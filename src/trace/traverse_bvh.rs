@@ -38,7 +38,7 @@ impl<I: Isa> SlabLanes<I> {
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    unsafe fn new(ray: &PreparedRay) -> Self {
+    pub(super) unsafe fn new(ray: &PreparedRay) -> Self {
         let near = [0, 1, 2].map(|k| 2 * k + usize::from(ray.inv_dir[k] < 0.0));
         // SAFETY: the caller's promise.
         unsafe {
@@ -76,7 +76,7 @@ impl<I: Isa> SlabLanes<I> {
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    unsafe fn test(&self, node: &Node8, limit: I::F8) -> (u32, I::F8) {
+    pub(super) unsafe fn test(&self, node: &Node8, limit: I::F8) -> (u32, I::F8) {
         // SAFETY: the caller's promise; rows are below 6 by construction, and `^ 1` stays inside their pairs.
         unsafe {
             let distance = |axis: usize, row: usize| {

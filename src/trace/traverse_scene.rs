@@ -208,6 +208,7 @@ fn visit<const ANY: bool>(
         (Structure::Bsp(bsp), true) => traverse_bsp::occluded(bsp, local),
         (Structure::Grid(grid), false) => traverse_grid::intersect(grid, local, record.object, record.instance, best),
         (Structure::Grid(grid), true) => traverse_grid::occluded(grid, local),
+        (Structure::Lazy(lazy), _) => kernels.lazy::<ANY>(lazy, local, record.object, record.instance, best),
         (Structure::None, _) => false,
     }
 }

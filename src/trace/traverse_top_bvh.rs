@@ -11,7 +11,7 @@
 use super::stack::{STACK, Stack, pop, push};
 use super::traverse_bvh;
 use super::traverse_scene::{SceneRay, transform};
-use super::{Hit, PreparedRay, SLAB_PAD, traverse_bsp, traverse_grid};
+use super::{Hit, Kernels, PreparedRay, SLAB_PAD, traverse_bsp, traverse_grid};
 use crate::accel::{ChildRef, InstanceRecord, Node8, Space, Structure, TopLevelBvh, TwoLevel};
 use crate::simd::{Isa, Vector};
 use std::mem::MaybeUninit;
@@ -158,6 +158,10 @@ unsafe fn visit<I: Isa, const ANY: bool>(
                 Structure::Grid(grid) if ANY => return traverse_grid::occluded(grid, local),
                 Structure::Grid(grid) => {
                     return traverse_grid::intersect(grid, local, record.object, record.instance, best);
+                }
+                Structure::Lazy(lazy) => {
+                    let kernels = Kernels::of(world.level());
+                    return kernels.lazy::<ANY>(lazy, local, record.object, record.instance, best);
                 }
                 Structure::None => return false,
             }

@@ -221,6 +221,9 @@ static inline const char *snapshot(void)
         INT_OF(rtGetObjectParameteriv, o, RT_MOTION);
         INT_OF(rtGetObjectParameteriv, o, RT_TRIANGLE_COUNT);
         INT_OF(rtGetObjectParameteriv, o, RT_VERTEX_COUNT);
+        INT_OF(rtGetObjectParameteriv, o, RT_LAZY_CUT);
+        INT_OF(rtGetObjectParameteriv, o, RT_LAZY_LEVELS);
+        INT_OF(rtGetObjectParameteriv, o, RT_OBJECT_TIME);
     }
     note_int("deleted object", rtIsObject(deleted_object));
     note_int("texture", rtIsTexture(texture));

@@ -15,6 +15,7 @@ mod dynamic;
 mod embree;
 mod frames;
 mod lanes;
+mod lazy;
 mod measure;
 #[allow(dead_code, reason = "shared with the tests")]
 #[path = "../../common/meshes.rs"]
@@ -59,6 +60,7 @@ fn main() -> ExitCode {
         Suite::Build => builders::run(&options, embree.as_ref()),
         Suite::Frames => frames::run(&options, embree.as_ref()),
         Suite::TopLevel => toplevel::run(&options, embree.as_ref()),
+        Suite::Lazy => lazy::run(&options),
     };
     if let Some(path) = &options.json
         && let Err(error) = std::fs::write(path, json)

@@ -10,6 +10,7 @@ usage: cargo bench --bench peers -- SUITE [options]
   frames           whole frames of the renderer on S2 and S6, beside batches of as many rays
   build            nanoseconds per triangle of builders and refit, SAH cost, memory
   toplevel         time to place 161 … 100,000 instances
+  lazy             complete refits against updates by rays, and partial updates
 options:
   --quick          fewer rounds, frames and picture sizes: within two or three minutes
   --threads N      trace with N threads, wall time (1: processor time)
@@ -26,6 +27,7 @@ pub enum Suite {
     Frames,
     Build,
     TopLevel,
+    Lazy,
 }
 
 #[derive(Clone, Debug)]
@@ -65,6 +67,7 @@ impl Options {
                 "frames" => suite = Some(Suite::Frames),
                 "build" => suite = Some(Suite::Build),
                 "toplevel" => suite = Some(Suite::TopLevel),
+                "lazy" => suite = Some(Suite::Lazy),
                 "--quick" => options.quick = true,
                 "--all" => options.all = true,
                 "--threads" => {

@@ -1,0 +1,151 @@
+//! Boxes of triangles from their vertices alone, each vertex once (Larsson03 §3.2).
+//!
+//! A mesh has half as many vertices as triangles, and each is read once instead of six times. The box contains the box of every usable triangle between
+//! the vertices ([`super::aabb::padded`]), and is larger by a few units in the last place of the whole, as the padding grows with the extent.
+//!
+//! A vertex that is not a number, or so far out that none of its triangles can be usable, is left out, so the box is finite. A coordinate that is
+//! not a number leaves out itself alone, which the minimum does by itself: the box then contains more than it must. Vertices that no
+//! triangle uses, and those of unusable triangles, count as well.
+
+use super::Aabb;
+use super::aabb::{MAX_COORDINATE, padded};
+use super::block_loader::vertex;
+use crate::simd::{self, Kernel, Level, components, prefetch};
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+/// Vertices between asking for one and loading it.
+const AHEAD: usize = 16;
+/// Vertices per task.
+const CHUNK: usize = 1 << 15;
+/// A usable triangle has no coordinate beyond this, see [`super::triangle_bounds`].
+const LIMIT: f32 = 3.0 * MAX_COORDINATE;
+
+/// The box of all triangles between the listed vertices; empty if no vertex is usable.
+pub(super) fn box_of_listed(positions: &[Vec3], vertices: &[u32]) -> Aabb {
+    finish(simd::run(Level::detect(), Listed { positions, vertices }), || {
+        usable(vertices.iter().map(|&v| positions[v as usize]))
+    })
+}
+
+/// The box of all triangles between `positions`. To be called inside the pool.
+pub(super) fn box_of_all(positions: &[Vec3]) -> Aabb {
+    let chunks = positions.par_chunks(CHUNK);
+    let tight = chunks.map(|points| simd::run(Level::detect(), All(points))).reduce(|| Aabb::EMPTY, Aabb::union);
+    finish(tight, || usable(positions.iter().copied()))
+}
+
+/// Pads a box; takes another one where an unusable vertex has made it too large.
+fn finish(tight: Aabb, again: impl FnOnce() -> Aabb) -> Aabb {
+    let within = tight.lo.cmpge(Vec3::splat(-LIMIT)).all() && tight.hi.cmple(Vec3::splat(LIMIT)).all();
+    let tight = if within || tight.is_empty() { tight } else { again() };
+    if tight.is_empty() { Aabb::EMPTY } else { padded(tight) }
+}
+
+#[cold]
+fn usable(points: impl Iterator<Item = Vec3>) -> Aabb {
+    // Written so that NaN fails.
+    let usable = points.filter(|p| p.abs().cmple(Vec3::splat(LIMIT)).all());
+    usable.fold(Aabb::EMPTY, |mut all, p| {
+        all.grow(p);
+        all
+    })
+}
+
+struct Listed<'a> {
+    positions: &'a [Vec3],
+    vertices: &'a [u32],
+}
+
+impl Kernel for Listed<'_> {
+    type Output = Aabb;
+
+    #[inline(always)]
+    fn run(self) -> Aabb {
+        let Self { positions, vertices } = self;
+        let coordinates = components(positions);
+        let mut all = Bounds::EMPTY;
+        for (i, &index) in vertices.iter().enumerate() {
+            if let Some(&later) = vertices.get(i + AHEAD) {
+                prefetch(positions, later as usize);
+            }
+            all.grow(vertex(coordinates, index));
+        }
+        all.into_aabb()
+    }
+}
+
+struct All<'a>(&'a [Vec3]);
+
+impl Kernel for All<'_> {
+    type Output = Aabb;
+
+    #[inline(always)]
+    fn run(self) -> Aabb {
+        let coordinates = components(self.0);
+        let mut all = Bounds::EMPTY;
+        for index in 0..self.0.len() as u32 {
+            all.grow(vertex(coordinates, index));
+        }
+        all.into_aabb()
+    }
+}
+
+/// The last lanes are meaningless.
+struct Bounds {
+    lo: Vec4,
+    hi: Vec4,
+}
+
+impl Bounds {
+    const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
+
+    #[inline(always)]
+    fn grow(&mut self, p: Vec4) {
+        // In this order: the second operand is taken where the first is not a number.
+        self.lo = p.min(self.lo);
+        self.hi = p.max(self.hi);
+    }
+
+    #[inline(always)]
+    fn into_aabb(self) -> Aabb {
+        Aabb { lo: self.lo.truncate(), hi: self.hi.truncate() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::test_meshes::degenerate;
+    use crate::accel::triangle_bounds;
+
+    #[test]
+    fn the_box_contains_that_of_every_triangle_and_is_finite() {
+        for (name, mesh) in degenerate() {
+            let count = mesh.triangles.len() as u32;
+            let all = box_of_all(&mesh.positions);
+            let listed: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+            assert_eq!(all, box_of_listed(&mesh.positions, &listed), "{name}");
+            assert!(all.is_empty() || (all.lo.is_finite() && all.hi.is_finite()), "{name}: {all:?}");
+            for prim in 0..count {
+                let own = triangle_bounds(mesh.corners(prim));
+                assert!(all.contains(&own), "{name}: {all:?} lacks {own:?}");
+                let listed = box_of_listed(&mesh.positions, &mesh.triangles[prim as usize]);
+                assert!(listed.contains(&own), "{name}: {listed:?} lacks {own:?}");
+                if !own.is_empty() {
+                    assert_eq!(listed, own, "{name}: the box of one triangle is not looser");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_usable_vertex_means_an_empty_box() {
+        let bad = [Vec3::NAN, Vec3::INFINITY, Vec3::new(0.0, 1e30, 0.0), Vec3::new(f32::NEG_INFINITY, 0.0, 0.0)];
+        assert_eq!(box_of_all(&bad), Aabb::EMPTY);
+        assert_eq!(box_of_all(&[]), Aabb::EMPTY);
+        let one = [bad[0], Vec3::ONE, bad[2]];
+        assert!(box_of_all(&one).contains(&Aabb { lo: Vec3::ONE, hi: Vec3::ONE }));
+        assert!(box_of_all(&one).extent().max_element() < 1e-6);
+    }
+}

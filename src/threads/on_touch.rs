@@ -1,0 +1,287 @@
+//! Two arrays cut into parts, each of which is brought up to date by the first thread that needs it.
+//!
+//! A part has a stamp: the period in which it was last written. [`OnTouch::advance`] begins a new period and so makes all parts outdated, by
+//! adding one to a number. In a period, any number of threads ask for parts; the first to ask for an outdated one may claim it, and
+//! writes it; the others see it when it is finished. Nobody waits: while a part is being written, others are told so and help themselves.
+//!
+//! ```text
+//! outdated --claim (compare and swap)--> being written --(release)--> current --advance()--> outdated
+//! ```
+//!
+//! Why this is sound: a period ends by `&mut self`, so no reference into a part outlives it. Within a period a part is claimed at most once, since no
+//! transition leads back to "outdated"; the claimer is the only one with a reference to it then, as shared ones are handed out only when it is current,
+//! which is after the claimer's own has ended. The release of the stamp and its acquisition order the writes before the reads. Parts do not overlap
+//! (checked on construction). A claimer that panics leaves its part "being written" until the next period.
+
+use std::cell::UnsafeCell;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Where a part lies in the two arrays.
+pub type Place = (Range<usize>, Range<usize>);
+
+/// See the module head.
+pub struct OnTouch<A, B> {
+    first: Box<[UnsafeCell<A>]>,
+    second: Box<[UnsafeCell<B>]>,
+    parts: Vec<Part>,
+    period: u64,
+}
+
+struct Part {
+    /// Twice the period in which it was finished, or that plus one where it was claimed.
+    stamp: AtomicU64,
+    first: Range<usize>,
+    second: Range<usize>,
+}
+
+// SAFETY: by the module head, `&self` gives a `&mut` to a part to one thread at a time (hence `Send`), and `&` to many (hence `Sync`).
+unsafe impl<A: Send + Sync, B: Send + Sync> Sync for OnTouch<A, B> {}
+
+impl<A, B> OnTouch<A, B> {
+    /// Takes two arrays and the parts they are cut into, all of which are outdated.
+    ///
+    /// # Panics
+    /// When the parts are not ascending, overlap, or reach beyond the arrays.
+    pub fn new(first: Vec<A>, second: Vec<B>, places: impl IntoIterator<Item = Place>) -> Self {
+        let mut end = (0, 0);
+        let parts = places.into_iter().map(|(a, b)| {
+            assert!(end.0 <= a.start && a.start <= a.end && a.end <= first.len(), "parts of the first array overlap");
+            assert!(end.1 <= b.start && b.start <= b.end && b.end <= second.len(), "parts of the second array overlap");
+            end = (a.end, b.end);
+            Part { stamp: AtomicU64::new(0), first: a, second: b }
+        });
+        let parts = parts.collect();
+        Self { first: cells(first), second: cells(second), parts, period: 1 }
+    }
+
+    /// The number of parts.
+    pub fn len(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// Whether there are no parts.
+    pub fn is_empty(&self) -> bool {
+        self.parts.is_empty()
+    }
+
+    /// Makes all parts outdated.
+    pub fn advance(&mut self) {
+        self.period += 1;
+    }
+
+    /// A part, if it is current.
+    ///
+    /// # Panics
+    /// When there is no such part.
+    #[inline(always)]
+    pub fn current(&self, part: usize) -> Option<(&[A], &[B])> {
+        let part = &self.parts[part];
+        if part.stamp.load(Ordering::Acquire) != 2 * self.period {
+            return None;
+        }
+        // SAFETY: the part is current, so nobody has or will get a `&mut` to it before the next `&mut self`.
+        Some(unsafe { (self.first_of(part), self.second_of(part)) })
+    }
+
+    /// A part, brought up to date by `update` if nobody has done so in this period; None while another thread does. `update` gets what the part
+    /// held before.
+    ///
+    /// # Panics
+    /// When there is no such part.
+    pub fn touch(&self, number: usize, update: impl FnOnce(&mut [A], &mut [B])) -> Option<(&[A], &[B])> {
+        let part = &self.parts[number];
+        let (finished, claimed) = (2 * self.period, 2 * self.period + 1);
+        let mut seen = part.stamp.load(Ordering::Acquire);
+        while seen != finished {
+            if seen == claimed {
+                return None;
+            }
+            // Acquire: what the writer of an earlier period wrote is seen.
+            match part.stamp.compare_exchange_weak(seen, claimed, Ordering::Acquire, Ordering::Acquire) {
+                Ok(_) => {
+                    {
+                        // SAFETY: only one thread per period makes this transition, and no shared reference is handed out
+                        // before the stamp says "finished"; those of former periods ended with a `&mut self`.
+                        let (first, second) = unsafe { (self.first_mut(part), self.second_mut(part)) };
+                        update(first, second);
+                    }
+                    part.stamp.store(finished, Ordering::Release);
+                    break;
+                }
+                Err(now) => seen = now,
+            }
+        }
+        self.current(number)
+    }
+
+    /// Whether a part is current.
+    ///
+    /// # Panics
+    /// When there is no such part.
+    pub fn is_current(&self, part: usize) -> bool {
+        self.parts[part].stamp.load(Ordering::Acquire) == 2 * self.period
+    }
+
+    /// A part to be changed at will, current or not; its stamp stays what it is.
+    ///
+    /// # Panics
+    /// When there is no such part.
+    pub fn part_mut(&mut self, part: usize) -> (&mut [A], &mut [B]) {
+        let part = &self.parts[part];
+        // SAFETY: `&mut self` proves that nobody else has a reference into it.
+        unsafe { (self.first_mut(part), self.second_mut(part)) }
+    }
+
+    /// Where a part lies in the arrays.
+    ///
+    /// # Panics
+    /// When there is no such part.
+    pub fn place(&self, part: usize) -> Place {
+        let Part { first, second, .. } = &self.parts[part];
+        (first.clone(), second.clone())
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(&*self.first) + size_of_val(&*self.second) + self.parts.capacity() * size_of::<Part>()
+    }
+
+    /// The arrays.
+    pub fn into_arrays(self) -> (Vec<A>, Vec<B>) {
+        (values(self.first), values(self.second))
+    }
+
+    /// # Safety
+    /// - Nobody has a `&mut` to this part while the reference lives.
+    #[inline(always)]
+    unsafe fn first_of(&self, part: &Part) -> &[A] {
+        // SAFETY: the range was checked on construction; the caller's promise. `UnsafeCell` has the layout of what is in it.
+        unsafe { &*(self.first.get_unchecked(part.first.clone()) as *const [UnsafeCell<A>] as *const [A]) }
+    }
+
+    /// # Safety
+    /// - As [`OnTouch::first_of`].
+    #[inline(always)]
+    unsafe fn second_of(&self, part: &Part) -> &[B] {
+        // SAFETY: as in `first_of`.
+        unsafe { &*(self.second.get_unchecked(part.second.clone()) as *const [UnsafeCell<B>] as *const [B]) }
+    }
+
+    /// # Safety
+    /// - Nobody has any reference to this part while this one lives.
+    #[allow(clippy::mut_from_ref, reason = "what the cells are for")]
+    unsafe fn first_mut(&self, part: &Part) -> &mut [A] {
+        let cells = &self.first[part.first.clone()];
+        // SAFETY: the caller's promise. A pointer to `UnsafeCell`s may write to what is in them.
+        unsafe { std::slice::from_raw_parts_mut(UnsafeCell::raw_get(cells.as_ptr()), cells.len()) }
+    }
+
+    /// # Safety
+    /// - As [`OnTouch::first_mut`].
+    #[allow(clippy::mut_from_ref, reason = "what the cells are for")]
+    unsafe fn second_mut(&self, part: &Part) -> &mut [B] {
+        let cells = &self.second[part.second.clone()];
+        // SAFETY: as in `first_mut`.
+        unsafe { std::slice::from_raw_parts_mut(UnsafeCell::raw_get(cells.as_ptr()), cells.len()) }
+    }
+}
+
+impl<A, B> std::fmt::Debug for OnTouch<A, B> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let current = (0..self.len()).filter(|&part| self.is_current(part)).count();
+        write!(f, "{} of {} parts current", current, self.len())
+    }
+}
+
+/// The same memory, if it is full.
+fn cells<T>(values: Vec<T>) -> Box<[UnsafeCell<T>]> {
+    let values = Box::into_raw(values.into_boxed_slice());
+    // SAFETY: `UnsafeCell<T>` is `repr(transparent)`, so the allocation has the right layout; it was ours.
+    unsafe { Box::from_raw(values as *mut [UnsafeCell<T>]) }
+}
+
+fn values<T>(cells: Box<[UnsafeCell<T>]>) -> Vec<T> {
+    let cells = Box::into_raw(cells);
+    // SAFETY: as in `cells`.
+    unsafe { Box::from_raw(cells as *mut [T]) }.into_vec()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicUsize;
+
+    #[test]
+    fn a_part_is_updated_once_per_period_and_seen_whole_by_all_threads() {
+        const PARTS: usize = 12;
+        let (threads, periods) = if cfg!(miri) { (3, 4) } else { (8, 300) };
+        let places = (0..PARTS).map(|i| (10 * i..10 * i + 10, 3 * i..3 * i + 2));
+        let mut cells = OnTouch::new(vec![0u64; 10 * PARTS], vec![0u32; 3 * PARTS], places);
+        for period in 1..=periods {
+            let updates = [const { AtomicUsize::new(0) }; PARTS];
+            let busy = AtomicUsize::new(0);
+            std::thread::scope(|scope| {
+                for thread in 0..threads {
+                    let (cells, updates, busy) = (&cells, &updates, &busy);
+                    scope.spawn(move || {
+                        for step in 0..2 * PARTS {
+                            let part = (step * (2 * thread + 1) + thread) % PARTS;
+                            let seen = cells.current(part).or_else(|| {
+                                cells.touch(part, |a, b| {
+                                    updates[part].fetch_add(1, Ordering::Relaxed);
+                                    assert!(a.iter().all(|&v| v < period), "from a former period");
+                                    a.iter_mut().for_each(|v| *v = period);
+                                    b.fill(period as u32);
+                                })
+                            });
+                            let Some((a, b)) = seen else {
+                                busy.fetch_add(1, Ordering::Relaxed);
+                                continue;
+                            };
+                            assert_eq!((a.len(), b.len()), (10, 2));
+                            assert!(a.iter().all(|&v| v == period) && b.iter().all(|&v| v == period as u32));
+                        }
+                    });
+                }
+            });
+            assert!(updates.iter().all(|u| u.load(Ordering::Relaxed) <= 1), "claimed twice");
+            cells.advance();
+            assert!((0..PARTS).all(|part| cells.current(part).is_none()));
+        }
+        let (_, gaps) = cells.into_arrays();
+        assert!(gaps.chunks(3).all(|part| part[2] == 0), "outside of all parts");
+    }
+
+    #[test]
+    fn who_asks_for_a_part_that_is_being_written_is_told_so() {
+        let cells = OnTouch::new(vec![1u8; 4], vec![(); 4], [(0..2, 0..2), (2..4, 2..4)]);
+        let seen = cells.touch(0, |a, _| {
+            assert!(cells.touch(0, |_, _| unreachable!("claimed already")).is_none());
+            assert!(cells.current(0).is_none());
+            assert_eq!(cells.touch(1, |a, _| a[1] = 5).map(|(a, _)| a[1]), Some(5));
+            a[0] = 7;
+        });
+        assert_eq!(seen.map(|(a, _)| a), Some(&[7, 1][..]));
+        assert_eq!(cells.touch(0, |_, _| unreachable!("current")).map(|(a, _)| a[0]), Some(7));
+    }
+
+    #[test]
+    fn a_panic_while_writing_leaves_the_part_outdated_until_the_next_period() {
+        let mut cells = OnTouch::new(vec![0u8; 1], vec![0u8; 1], [(0..1, 0..1)]);
+        let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            cells.touch(0, |_, _| panic!("on purpose"));
+        }));
+        assert!(caught.is_err() && cells.touch(0, |_, _| ()).is_none());
+        cells.advance();
+        assert!(cells.touch(0, |_, b| b[0] = 1).is_some());
+        cells.part_mut(0).1[0] = 2;
+        assert_eq!(cells.current(0).map(|(_, b)| b[0]), Some(2));
+    }
+
+    #[test]
+    #[should_panic(expected = "parts of the second array overlap")]
+    fn parts_that_overlap_are_refused() {
+        OnTouch::new(vec![0; 4], vec![0; 4], [(0..2, 0..3), (2..4, 2..4)]);
+    }
+}
