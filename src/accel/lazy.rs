@@ -14,6 +14,13 @@
 //!
 //! *Same hits.* Boxes from vertices are a little larger than those from triangles, and contain them; a box that is larger never changes a hit.
 //!
+//! *Measured* on nine bodies of 81,920 triangles, primary and shadow rays, all bodies in sight (`cargo bench --bench peers -- lazy`; one thread, a busy machine, a build
+//! of the development profile, so the ratios count and not the times). A complete refit takes 18.6 ns per triangle in a tree
+//! whose leaves hold several triangles; so there is less to save than in the paper, whose hold one. Update before the first ray 8.4 times cheaper with subtrees of 1024
+//! triangles, 11.6 times with 4096 (paper: 17); update and rays together 1.35 times with 5×5 sub-sampling (paper: 1.5) and 1.69 times with 10×10 (paper: 2.6).
+//! Subtrees of 256 to 4096 triangles and half the height are alike in total. One level at a time is slower than a refit with 5×5 (0.96), as the
+//! same vertices are looked at on each level; two levels at a time are up to a tenth slower than all. The paper prefers one level; its nodes hold one box and one triangle.
+//!
 //! *The mesh* is that of the scene, by a weak reference: a change of the scene then need not copy it, but cuts the tree off until the update that must follow.
 
 use super::block_loader::{BlockBox, Load, Prims, load};
