@@ -22,8 +22,8 @@
 //! Taking `M` as the inverse of the *rounded* `N` makes the exactness of the inversion irrelevant here; the two differ by a
 //! rounding of the application's matrix.
 
-use super::Aabb;
-use crate::scene::Name;
+use super::{Aabb, OutOfMemory};
+use crate::scene::{Mesh, Name};
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
 
 const U: f64 = 1.0 / (1 << 24) as f64;
@@ -70,6 +70,24 @@ pub fn to_world(world_from_object: &Affine3A, p: Vec3) -> Vec3 {
     }
     let m = &world_from_object.matrix3;
     ((m.x_axis * p.x + m.y_axis * p.y) + m.z_axis * p.z + world_from_object.translation).into()
+}
+
+/// An empty mesh with room for so many vertices and triangles.
+pub(super) fn mesh_with_room(vertices: usize, triangles: usize) -> Result<Mesh, OutOfMemory> {
+    let bytes = vertices.saturating_mul(size_of::<Vec3>()).saturating_add(triangles.saturating_mul(size_of::<[u32; 3]>()));
+    let mut mesh = Mesh::default();
+    let reserved = mesh.positions.try_reserve_exact(vertices).and(mesh.triangles.try_reserve_exact(triangles));
+    if reserved.is_err() || vertices >= u32::MAX as usize || triangles >= u32::MAX as usize {
+        return Err(OutOfMemory { bytes });
+    }
+    Ok(mesh)
+}
+
+/// Adds the triangles of `mesh`, placed in the world, to `all`, which has room for them.
+pub(super) fn append_to_world(all: &mut Mesh, mesh: &Mesh, world_from_object: &Affine3A) {
+    let before = all.positions.len() as u32;
+    all.positions.extend(mesh.positions.iter().map(|&p| to_world(world_from_object, p)));
+    all.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|index| index + before)));
 }
 
 /// Where an instance can be hit.

@@ -13,7 +13,7 @@ use super::build_fast::{FastScratch, rebuild_fast};
 use super::build_sah::{SahScratch, rebuild_sah};
 use super::bvh::{Bvh, OutOfMemory};
 use super::grid::Grid;
-use super::instance::to_world;
+use super::instance::{append_to_world, mesh_with_room, to_world};
 use super::key_trees::KeyTrees;
 use super::lazy::{LazyBvh, Source};
 use super::links::Links;
@@ -475,11 +475,7 @@ impl Located<'_> {
 /// The mesh in world space, if it is placed there.
 fn world_mesh(mesh: &Arc<Mesh>, placed: Option<Affine3A>) -> Result<Located<'_>, OutOfMemory> {
     let Some(place) = moved_by(placed) else { return Ok(Located::Object(mesh)) };
-    let mut world = Mesh::default();
-    let bytes = size_of_val(&mesh.positions[..]) + size_of_val(&mesh.triangles[..]);
-    let reserved = world.positions.try_reserve_exact(mesh.positions.len());
-    reserved.and(world.triangles.try_reserve_exact(mesh.triangles.len())).map_err(|_| OutOfMemory { bytes })?;
-    world.positions.extend(mesh.positions.iter().map(|&p| to_world(&place, p)));
-    world.triangles.extend_from_slice(&mesh.triangles);
+    let mut world = mesh_with_room(mesh.positions.len(), mesh.triangles.len())?;
+    append_to_world(&mut world, mesh, &place);
     Ok(Located::World(Arc::new(world)))
 }

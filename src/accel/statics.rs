@@ -8,7 +8,7 @@
 //!
 //! # Why the picture does not change by a bit
 //!
-//! * The triangles are the same: corners come from the same operations ([`to_world`]) on the same vertices, and a
+//! * The triangles are the same: corners come from the same operations ([`append_to_world`]) on the same vertices, and a
 //!   triangle's test depends on the ray and on its corners alone.
 //! * The winner is the same: merged triangles are numbered in ascending order of (instance, triangle), so ties inside
 //!   the merged tree fall as they do between instances. Against the rest of the scene its winner is given its true numbers
@@ -28,7 +28,7 @@
 
 use super::build_sah;
 use super::bvh::{Bvh, OutOfMemory};
-use super::instance::to_world;
+use super::instance::{append_to_world, mesh_with_room};
 use super::object_accel::{Identity, ObjectAccel};
 use crate::scene::{Mesh, Name, Scene};
 use crate::threads::Pool;
@@ -336,18 +336,10 @@ fn gather(scene: &Scene, members: &[(Member, Identity)]) -> Result<Mesh, OutOfMe
     let mesh_of = |member: &Member| scene.objects.get(&member.object).map(|object| &*object.mesh);
     let sum = |of: fn(&Mesh) -> usize| members.iter().filter_map(|(m, _)| mesh_of(m)).map(of).sum::<usize>();
     let (vertices, triangles) = (sum(|mesh| mesh.positions.len()), sum(|mesh| mesh.triangles.len()));
-    let bytes = vertices.saturating_mul(size_of::<Vec3>()).saturating_add(triangles.saturating_mul(12));
-    let mut all = Mesh::default();
-    let reserved = all.positions.try_reserve_exact(vertices).and(all.triangles.try_reserve_exact(triangles));
-    if reserved.is_err() || vertices >= u32::MAX as usize || triangles >= u32::MAX as usize {
-        return Err(OutOfMemory { bytes });
-    }
+    let mut all = mesh_with_room(vertices, triangles)?;
     for (member, identity) in members {
         let Some(mesh) = mesh_of(member) else { continue };
-        let before = all.positions.len() as u32;
-        let place = identity.world_from_object;
-        all.positions.extend(mesh.positions.iter().map(|&p| to_world(&place, p)));
-        all.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|index| index + before)));
+        append_to_world(&mut all, mesh, &identity.world_from_object);
     }
     Ok(all)
 }
