@@ -148,6 +148,8 @@ fn table() -> Vec<(&'static str, Call, [ErrorCode; 3])> {
         ("samples_per_pixel(huge)", |c| c.samples_per_pixel(i32::MAX), [VAL, OP, VAL]),
         ("max_depth(-1)", |c| c.max_depth(-1), [VAL, OP, VAL]),
         ("get", |c| void(c.get(State::Viewport)), [OK, OP, OK]),
+        ("get_top_level", |c| void(c.get_top_level()), [OK, OP, OK]),
+        ("object_parameter(splits of unknown)", |c| c.object_parameter(99, ObjectParameter::SpatialSplits(true)), [VAL, OP, VAL]),
         ("get_string", |c| void(c.get_string(StateString::Version)), [OK, OP, OK]),
         ("enable", |c| { c.enable(Capability::Accumulate)?; c.disable(Capability::Accumulate) }, [OK, OP, OK]),
         ("render inside", |c| if c.open_primitive().is_none() && c.get(State::CurrentObject)?.as_slice() == [0.0] { Err(Error::invalid_operation("skip")) } else { void(c.render()) }, [OP, OP, OP]),

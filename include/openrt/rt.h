@@ -370,6 +370,8 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_LAZY_LEVELS 0x6005
 /** Parameter of objects: a time, which chooses among key frames. See rtKeyFrame(). */
 #define RT_OBJECT_TIME 0x6006
+/** Object parameter, RT_TRUE or RT_FALSE: whether triangles of an RT_STATIC object may be cut for a better tree. */
+#define RT_SPATIAL_SPLITS 0x6008
 /** Update strategy: chosen from the motion flag and from what was measured. The default. */
 #define RT_AUTO 0x6010
 /** Update strategy: object BSP tree (Wald, Benthin and Slusallek 2003). */
@@ -633,6 +635,8 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_RENDERING 0x60AD
 /** State: number of frames started so far. */
 #define RT_FRAME_NUMBER 0x60AE
+/** State: the structure over the instances, see rtTopLevel(). */
+#define RT_TOPLEVEL 0x60AF
 /** State: numbers per vertex in the vertex array. */
 #define RT_VERTEX_ARRAY_SIZE 0x807A
 /** State: data type of the vertex array. */
@@ -790,7 +794,7 @@ RTAPI void rtMaxDepth(RTint depth);
 /**
  * Sets the structure over the instances, from the next frame on: RT_AUTO, which is the default and takes the one
  * that was measured to be faster, RT_BSP (Wald, Benthin and Slusallek 2003) or RT_TOPLEVEL_BVH. All give the
- * same picture.
+ * same picture. rtGetIntegerv(RT_TOPLEVEL, ...) gives it back.
  *
  * Errors: RT_INVALID_ENUM for another structure, RT_INVALID_OPERATION between rtBegin() and rtEnd().
  */
@@ -805,7 +809,7 @@ RTAPI void rtTopLevel(RTenum structure);
  * RT_CURRENT_OBJECT_MODE, RT_SHADER_CLASS_BINDING, RT_SHADER_BINDING, RT_TEXTURE_BINDING_2D, RT_CAMERA,
  * RT_ENVIRONMENT, RT_CURRENT_RENDERING_OBJECT, RT_LIGHT_COUNT, RT_INSTANCE_COUNT, RT_MAX_FRAME_SIZE,
  * RT_MAX_TEXTURE_SIZE, RT_SAMPLES_PER_PIXEL, RT_MAX_SAMPLES, RT_RAY_DEPTH, RT_MAX_RAY_DEPTH, RT_THREADS,
- * RT_RENDERING, RT_FRAME_NUMBER, the capabilities of rtEnable(), and the vertex arrays with their sizes, types
+ * RT_RENDERING, RT_FRAME_NUMBER, RT_TOPLEVEL, the capabilities of rtEnable(), and the vertex arrays with their sizes, types
  * and strides.
  *
  * Numbers that are not integers are rounded.
@@ -893,6 +897,11 @@ RTAPI RTboolean rtIsObject(RTuint object);
  * time that chooses among key frames, see rtKeyFrame(). None of them changes the picture, but for rounding:
  * vertices of an RT_STATIC object that is placed once are transformed, for others rays are.
  *
+ * RT_SPATIAL_SPLITS: RT_TRUE or RT_FALSE, the default. With RT_TRUE triangles may be cut at planes where the
+ * structure is built, so that long ones, or large ones among small ones, are traced faster; the build takes
+ * several times as long, and up to half as much memory again. It has effect while the object is RT_STATIC and its
+ * strategy is RT_AUTO or RT_SAH; for other objects it is kept and waits. It never changes the picture.
+ *
  * Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object or a number
  * is negative that must not be,
  * RT_INVALID_OPERATION between rtBegin() and rtEnd().
@@ -903,8 +912,8 @@ RTAPI void rtObjectParameteri(RTuint object, RTenum pname, RTint param);
 RTAPI void rtObjectParameterf(RTuint object, RTenum pname, RTfloat param);
 
 /**
- * Stores a parameter of an object at params: RT_UPDATE_STRATEGY, RT_MOTION, RT_TRIANGLE_COUNT, RT_VERTEX_COUNT,
- * RT_LAZY_CUT, RT_LAZY_LEVELS or RT_OBJECT_TIME (rounded).
+ * Stores a parameter of an object at params: RT_UPDATE_STRATEGY, RT_MOTION, RT_SPATIAL_SPLITS, RT_TRIANGLE_COUNT,
+ * RT_VERTEX_COUNT, RT_LAZY_CUT, RT_LAZY_LEVELS or RT_OBJECT_TIME (rounded).
  *
  * Errors: RT_INVALID_ENUM for another parameter, RT_INVALID_VALUE when there is no such object or params is
  * NULL, RT_INVALID_OPERATION between rtBegin() and rtEnd().

@@ -210,6 +210,11 @@ public:
         rtObjectParameteri(name_, RT_UPDATE_STRATEGY, static_cast<RTint>(strategy));
         check();
     }
+    void setSpatialSplits(bool wanted) const
+    {
+        rtObjectParameteri(name_, RT_SPATIAL_SPLITS, wanted ? RT_TRUE : RT_FALSE);
+        check();
+    }
     RTuint name() const noexcept { return name_; }
 
 private:

@@ -10,12 +10,14 @@
 //! fifth of the time of a build of 1.3 M triangles.
 
 use super::Aabb;
-use super::block_loader::Prims;
+use super::block_loader::{BlockBox, Prims};
 use super::bvh::{BLOCK, Bvh, ChildRef, MAX_LEAF_BLOCKS, Node8, OutOfMemory, Subtree, Tri4, WIDTH};
 use super::memory::filled;
+use super::prim_ref::Box4;
 use super::refit::{Fill, sweep};
 use crate::scene::Mesh;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Triangles of a leaf at most.
 pub(super) const MAX_LEAF: usize = MAX_LEAF_BLOCKS * BLOCK;
@@ -131,11 +133,29 @@ impl Layout {
     }
 }
 
-/// Builds the tree. `prim_at` gives the triangle at a position of the builder's order; `dropped` are those without a
-/// position. The memory of `old` is used again.
+/// The builder's order.
+pub(super) trait Order: Sync {
+    /// The triangle at a position.
+    fn prim(&self, position: usize) -> u32;
+
+    /// The box around the part of it that is meant, if it is not all of it.
+    #[inline(always)]
+    fn part(&self, _position: usize) -> Option<Box4> {
+        None
+    }
+}
+
+impl<F: Fn(usize) -> u32 + Sync> Order for F {
+    #[inline(always)]
+    fn prim(&self, position: usize) -> u32 {
+        self(position)
+    }
+}
+
+/// Builds the tree of `order`; `dropped` are the triangles without a position. The memory of `old` is used again.
 pub(super) fn assemble(
     root: Part,
-    prim_at: impl Fn(usize) -> u32 + Sync,
+    order: impl Order,
     dropped: Vec<u32>,
     mesh: &Mesh,
     old: Bvh,
@@ -156,7 +176,7 @@ pub(super) fn assemble(
         let (these_nodes, nodes) = rest_nodes.split_at_mut(subtree.nodes.len());
         let (these_blocks, blocks) = rest_blocks.split_at_mut(subtree.blocks.len());
         (rest_nodes, rest_blocks) = (nodes, blocks);
-        let fill = FromPiece { piece, at: subtree, prim_at: &prim_at };
+        let fill = FromPiece { piece, at: subtree, order: &order };
         parts.push((fill, these_nodes, these_blocks));
     }
     let lower: Vec<(usize, Aabb)> = parts
@@ -170,20 +190,30 @@ pub(super) fn assemble(
         layout.top.nodes[*node][*lane] = ChildRef::node(subtree.nodes.start);
     }
     let whole = Subtree { nodes: 0..top_nodes.len(), blocks: 0..top_blocks.len() };
-    let fill = FromPiece { piece: &layout.top, at: &whole, prim_at: &prim_at };
+    let fill = FromPiece { piece: &layout.top, at: &whole, order: &order };
     let bounds =
         if top_nodes.is_empty() { lower[0].1 } else { sweep(&fill, &whole, top_nodes, top_blocks, &lower, mesh) };
     Ok(Bvh::from_parts(nodes, blocks, subtrees, dropped, mesh.triangles.len(), bounds))
 }
 
 /// Children and triangle numbers from a piece, moved to its place in the tree.
-struct FromPiece<'a, F> {
+struct FromPiece<'a, O> {
     piece: &'a Piece,
     at: &'a Subtree,
-    prim_at: &'a F,
+    order: &'a O,
 }
 
-impl<F: Fn(usize) -> u32> Fill for FromPiece<'_, F> {
+impl<O: Order> Fill for FromPiece<'_, O> {
+    #[inline(always)]
+    fn leaf(&self, run: Range<usize>) -> Option<BlockBox> {
+        let blocks = &self.piece.blocks[run];
+        let positions = blocks.iter().flat_map(|b| b.start as usize..b.start as usize + b.count as usize);
+        let mut parts = positions.map(|position| self.order.part(position));
+        let first = parts.next()??;
+        let union = |all: BlockBox, part: Box4| all.union(&BlockBox { lo: part.lo(), hi: part.hi() });
+        Some(parts.flatten().fold(BlockBox { lo: first.lo(), hi: first.hi() }, union))
+    }
+
     #[inline(always)]
     fn node(&self, index: usize, node: &mut Node8) {
         node.children = [ChildRef::EMPTY; WIDTH];
@@ -201,12 +231,12 @@ impl<F: Fn(usize) -> u32> Fill for FromPiece<'_, F> {
     }
 }
 
-impl<F: Fn(usize) -> u32> Prims for FromPiece<'_, F> {
+impl<O: Order> Prims for FromPiece<'_, O> {
     #[inline(always)]
     fn prims(&self, _: &[Tri4], index: usize) -> [u32; BLOCK] {
         let range = self.piece.blocks[index];
         let (start, last) = (range.start as usize, range.count as usize - 1);
-        let prim = |lane: usize| (self.prim_at)(start + lane.min(last));
+        let prim = |lane: usize| self.order.prim(start + lane.min(last));
         [prim(0), prim(1), prim(2), prim(3)]
     }
 }

@@ -239,6 +239,11 @@ fn bins_for(count: usize) -> usize {
     (4 + count / 8).min(BINS)
 }
 
+/// Blocks that so many triangles fill.
+pub(super) fn blocks_of(count: usize) -> f32 {
+    count.div_ceil(BLOCK) as f32
+}
+
 /// The box around the doubled centres.
 pub(super) fn centers_of(level: Level, refs: &[PrimRef]) -> Centers {
     if refs.len() <= PARALLEL {

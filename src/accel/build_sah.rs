@@ -17,7 +17,7 @@
 //! evaluated as one vector; dividing without branches; boxes of ranges taken from the bins instead of the triangles; old memory used again; four triangles' boxes at a time.
 
 use super::assemble::{Branch, MAX_LEAF, Part, Piece, assemble};
-use super::binning::{Split, centers_of, find_split};
+use super::binning::{Split, blocks_of, centers_of, find_split};
 use super::block_loader::{EachBox, TakeBox};
 use super::bvh::{BLOCK, Bvh, OutOfMemory, WIDTH};
 use super::memory::filled;
@@ -29,13 +29,13 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 /// Levels of the wide tree that are split by the heuristic.
-const SAH_DEPTH: usize = 44;
+pub(super) const SAH_DEPTH: usize = 44;
 /// Ranges above are split off as tasks of their own.
-const TASK: usize = 4096;
+pub(super) const TASK: usize = 4096;
 /// Triangles per chunk of the first pass.
-const CHUNK: usize = 4096;
+pub(super) const CHUNK: usize = 4096;
 /// Cost of a node and of a block. Equal, as measured by Embree for the same layout.
-const NODE_COST: f32 = 1.0;
+pub(super) const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = 1.0;
 
 /// Triangles `start..end` of the order, with the box around them.
@@ -80,8 +80,7 @@ pub(super) fn rebuild_sah(mesh: &Mesh, old: Bvh, scratch: &mut SahScratch) -> Re
     let mut all = filled(std::mem::take(&mut scratch.refs), count, PrimRef::EMPTY)?;
     all.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, refs)| {
         let (begin, end) = (chunk * CHUNK, chunk * CHUNK + refs.len());
-        let mut to = Collect { refs, begin, next: 0 };
-        simd::run(level, EachBox { mesh, prims: begin..end, to: &mut to });
+        simd::run(level, EachBox { mesh, prims: begin..end, to: &mut Collect::new(refs, begin) });
     });
     let dropped: Vec<u32> = all.par_iter().filter(|r| !r.is_usable()).map(|r| r.prim()).collect();
     if !dropped.is_empty() {
@@ -94,16 +93,22 @@ pub(super) fn rebuild_sah(mesh: &Mesh, old: Bvh, scratch: &mut SahScratch) -> Re
     let root = Range { start: 0, end: all.len() as u32, half_area: 0.0 };
     let builder = Builder { level };
     let part = builder.part(&mut all, root, 0);
-    let bvh = assemble(part, |i| all[i].prim(), dropped, mesh, old);
+    let bvh = assemble(part, |i: usize| all[i].prim(), dropped, mesh, old);
     scratch.refs = all;
     bvh
 }
 
 /// Writes boxes and numbers of the triangles from `begin` on.
-struct Collect<'a> {
+pub(super) struct Collect<'a> {
     refs: &'a mut [PrimRef],
     begin: usize,
     next: usize,
+}
+
+impl<'a> Collect<'a> {
+    pub(super) fn new(refs: &'a mut [PrimRef], begin: usize) -> Self {
+        Self { refs, begin, next: 0 }
+    }
 }
 
 impl TakeBox for Collect<'_> {
@@ -214,7 +219,7 @@ impl Builder {
             };
             let (middle, [left, right]) = match found {
                 Some(split) => (partition(self.level, these, scratch, &split), split.bounds),
-                None => self.halve(these),
+                None => halve(self.level, these),
             };
             let middle = start + middle;
             children.copy_within(widest + 1..count, widest + 2);
@@ -234,7 +239,7 @@ impl Builder {
             return Verdict::Node(None);
         }
         let found = find_split(self.level, refs);
-        let blocks = range.len().div_ceil(BLOCK) as f32;
+        let blocks = blocks_of(range.len());
         let split = match &found {
             Some(split) if range.half_area > 0.0 => split.cost / range.half_area,
             // No split separates anything.
@@ -242,25 +247,27 @@ impl Builder {
         };
         if BLOCK_COST * blocks <= NODE_COST + BLOCK_COST * split { Verdict::Leaf } else { Verdict::Node(found) }
     }
+}
 
-    /// Divides by count, along the axis in which the centres spread most, a range of at least two triangles.
-    fn halve(&self, refs: &mut [PrimRef]) -> (usize, [Box4; 2]) {
-        let extent = centers_of(self.level, refs).extent();
-        let middle = refs.len() / 2;
-        if extent.max_element() > 0.0 {
-            let axis = extent.max_position();
-            refs.select_nth_unstable_by(middle, |a, b| {
-                a.center2()[axis].total_cmp(&b.center2()[axis]).then(a.prim().cmp(&b.prim()))
-            });
-        }
-        let around = |refs: &[PrimRef]| {
-            refs.iter().fold(Box4::EMPTY, |mut all, r| {
-                all.grow(r.bounds());
-                all
-            })
-        };
-        (middle, [around(&refs[..middle]), around(&refs[middle..])])
+/// Divides by count, along the axis in which the centres spread most, a range of at least two triangles.
+pub(super) fn halve(level: Level, refs: &mut [PrimRef]) -> (usize, [Box4; 2]) {
+    let extent = centers_of(level, refs).extent();
+    let middle = refs.len() / 2;
+    if extent.max_element() > 0.0 {
+        let axis = extent.max_position();
+        refs.select_nth_unstable_by(middle, |a, b| {
+            a.center2()[axis].total_cmp(&b.center2()[axis]).then(a.prim().cmp(&b.prim()))
+        });
     }
+    (middle, [around(&refs[..middle]), around(&refs[middle..])])
+}
+
+/// The box around triangles.
+pub(super) fn around(refs: &[PrimRef]) -> Box4 {
+    refs.iter().fold(Box4::EMPTY, |mut all, r| {
+        all.grow(r.bounds());
+        all
+    })
 }
 
 /// What becomes of a child.

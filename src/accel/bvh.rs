@@ -209,6 +209,7 @@ pub struct Bvh {
     pub(super) prim_count: usize,
     bounds: Option<Aabb>,
     depth: usize,
+    holds_parts: bool,
 }
 
 impl Bvh {
@@ -244,7 +245,17 @@ impl Bvh {
             }
         }
         let levels = Vec::new();
-        Self { nodes, blocks, subtrees, levels, dropped, prim_count, bounds: Some(bounds), depth: usize::from(deepest) }
+        Self {
+            nodes,
+            blocks,
+            subtrees,
+            levels,
+            dropped,
+            prim_count,
+            bounds: Some(bounds),
+            depth: usize::from(deepest),
+            holds_parts: false,
+        }
     }
 
     /// The nodes, root first.
@@ -273,6 +284,16 @@ impl Bvh {
 
     pub(super) fn set_bounds(&mut self, bounds: Aabb) {
         self.bounds = Some(bounds);
+    }
+
+    /// Whether a triangle may be in several leaves, with boxes around parts of it ([`super::build_spatial`]).
+    #[inline]
+    pub fn holds_parts(&self) -> bool {
+        self.holds_parts
+    }
+
+    pub(super) fn set_holds_parts(&mut self) {
+        self.holds_parts = true;
     }
 
     /// The tree of a mesh without usable triangles.

@@ -74,7 +74,8 @@ pub fn to_world(world_from_object: &Affine3A, p: Vec3) -> Vec3 {
 
 /// An empty mesh with room for so many vertices and triangles.
 pub(super) fn mesh_with_room(vertices: usize, triangles: usize) -> Result<Mesh, OutOfMemory> {
-    let bytes = vertices.saturating_mul(size_of::<Vec3>()).saturating_add(triangles.saturating_mul(size_of::<[u32; 3]>()));
+    let bytes =
+        vertices.saturating_mul(size_of::<Vec3>()).saturating_add(triangles.saturating_mul(size_of::<[u32; 3]>()));
     let mut mesh = Mesh::default();
     let reserved = mesh.positions.try_reserve_exact(vertices).and(mesh.triangles.try_reserve_exact(triangles));
     if reserved.is_err() || vertices >= u32::MAX as usize || triangles >= u32::MAX as usize {

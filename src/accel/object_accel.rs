@@ -9,11 +9,12 @@
 
 use super::bsp::Bsp;
 use super::bsp_build::Quality;
-use super::build_fast::{FastScratch, rebuild_fast};
+use super::build_fast::{FastScratch, build_fast, rebuild_fast};
 use super::build_sah::{SahScratch, rebuild_sah};
+use super::build_spatial::build_spatial;
 use super::bvh::{Bvh, OutOfMemory};
 use super::grid::Grid;
-use super::instance::{append_to_world, mesh_with_room, to_world};
+use super::instance::{append_to_world, mesh_with_room};
 use super::key_trees::KeyTrees;
 use super::lazy::{LazyBvh, Source};
 use super::links::Links;
@@ -400,6 +401,13 @@ impl ObjectAccel {
                 let lazy = LazyBvh::new(mesh, mesh.source(), shape)?;
                 let nodes = lazy.nodes();
                 self.structure = Structure::Lazy(lazy);
+                nodes
+            }
+            Method::SpatialSplits => {
+                drop(old);
+                let bvh = if hurried { build_fast(mesh)? } else { build_spatial(mesh)? };
+                let nodes = bvh.nodes().len();
+                self.structure = Structure::Bvh(bvh);
                 nodes
             }
             Method::Bvh { fast, moved } => {

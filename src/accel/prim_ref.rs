@@ -22,6 +22,21 @@ impl Box4 {
         self.hi = self.hi.max(other.hi);
     }
 
+    #[inline(always)]
+    pub fn lo(&self) -> Vec4 {
+        self.lo
+    }
+
+    #[inline(always)]
+    pub fn hi(&self) -> Vec4 {
+        self.hi
+    }
+
+    /// The common part; empty when there is none.
+    pub fn intersection(&self, other: &Box4) -> Box4 {
+        Box4 { lo: self.lo.max(other.lo), hi: self.hi.min(other.hi) }
+    }
+
     /// Sides of the box; 0 for an empty one. The last lane is meaningless.
     #[inline(always)]
     pub fn extent(&self) -> Vec4 {
@@ -64,6 +79,22 @@ impl PrimRef {
     #[inline(always)]
     pub fn is_usable(&self) -> bool {
         self.0.lo.x <= self.0.hi.x
+    }
+
+    /// What of the box lies between `lo` and `hi`; all sides are turned round if that is nothing.
+    #[inline(always)]
+    pub fn clipped(&self, lo: Vec4, hi: Vec4) -> Self {
+        let (lo, hi) = (self.0.lo.max(lo), self.0.hi.min(hi));
+        if (lo.cmple(hi).bitmask() & 7) == 7 {
+            Self::new(self.prim(), lo, hi)
+        } else {
+            Self::new(self.prim(), Vec4::INFINITY, Vec4::NEG_INFINITY)
+        }
+    }
+
+    /// The same triangle, with the box around this box and another one.
+    pub fn union(&self, other: &Self) -> Self {
+        Self::new(self.prim(), self.0.lo.min(other.0.lo), self.0.hi.max(other.0.hi))
     }
 
     /// Twice the centre of the box; the last lane is meaningless.

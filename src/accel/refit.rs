@@ -13,6 +13,7 @@ use super::{Aabb, triangle_bounds};
 use crate::scene::Mesh;
 use glam::Mat4;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// What a refit could do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +21,7 @@ use rayon::prelude::*;
 pub enum Refit {
     /// The tree holds the mesh.
     Done,
-    /// The tree was left alone: the number of triangles is another, or one that was unusable at the build
+    /// The tree was left alone: it holds parts of triangles, the number of triangles is another, or one that was unusable at the build
     /// (NaN, infinite) has become usable and has no place in it.
     NeedsRebuild,
 }
@@ -29,6 +30,7 @@ impl Bvh {
     /// Whether every triangle that can be hit has a place in the tree.
     pub(super) fn can_hold(&self, mesh: &Mesh) -> bool {
         mesh.triangles.len() == self.prim_count
+            && !self.holds_parts()
             && self.dropped.iter().all(|&prim| triangle_bounds(mesh.corners(prim)).is_empty())
     }
 
@@ -71,6 +73,12 @@ impl Bvh {
 pub(super) trait Fill: Prims {
     /// Sets the children of a node.
     fn node(&self, index: usize, node: &mut Node8);
+
+    /// The box of the leaf that consists of a run of blocks, if it is not the box around its triangles.
+    #[inline(always)]
+    fn leaf(&self, _run: Range<usize>) -> Option<BlockBox> {
+        None
+    }
 }
 
 /// The topology stays.
@@ -112,7 +120,8 @@ pub(super) fn sweep(
             *lane = if child.is_leaf() {
                 let run = child.blocks();
                 let (first, end) = (run.start - part.blocks.start, run.end - part.blocks.start);
-                leaves[first + 1..end].iter().fold(leaves[first], |all, b| all.union(b))
+                let whole = || leaves[first + 1..end].iter().fold(leaves[first], |all, b| all.union(b));
+                fill.leaf(first..end).unwrap_or_else(whole)
             } else if part.nodes.contains(&child.index()) {
                 boxes[child.index() - part.nodes.start]
             } else {

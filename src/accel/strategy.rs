@@ -21,6 +21,8 @@ pub(super) enum Method {
     Bsp { fast: bool },
     /// The uniform grid.
     Grid,
+    /// The 8-wide tree with cut triangles, built anew when anything changes.
+    SpatialSplits,
     /// The 8-wide tree: by Morton order if `fast`, else by binned SAH.
     Bvh { fast: bool, moved: Moved },
     /// The tree that rays bring up to date.
@@ -49,6 +51,9 @@ impl Method {
     pub fn choose(object: &Object, forced: Option<Strategy>, redefined: bool) -> Method {
         let unstructured = object.motion == Motion::Unstructured;
         match forced.unwrap_or(object.strategy) {
+            Strategy::Auto | Strategy::Sah if object.spatial_splits && object.motion == Motion::Static => {
+                Method::SpatialSplits
+            }
             Strategy::Bsp => Method::Bsp { fast: unstructured },
             Strategy::Grid => Method::Grid,
             Strategy::Sah => Method::Bvh { fast: false, moved: Moved::Rebuild },
@@ -95,5 +100,21 @@ mod tests {
         assert_eq!(Method::choose(&chosen, None, true), Method::Bvh { fast: false, moved: Moved::Refit });
         assert_eq!(Method::choose(&chosen, Some(Strategy::Bsp), true), Method::Bsp { fast: true });
         assert_eq!(Method::choose(&chosen, Some(Strategy::Sah), true), sah);
+    }
+
+    #[test]
+    fn triangles_are_cut_on_request_where_nothing_moves() {
+        let object = |motion, strategy| Object { motion, strategy, spatial_splits: true, ..Object::default() };
+        for strategy in [Strategy::Auto, Strategy::Sah] {
+            let resting = object(Motion::Static, strategy);
+            assert_eq!(Method::choose(&resting, None, true), Method::SpatialSplits);
+            let plain = Object { spatial_splits: false, ..resting };
+            assert_ne!(Method::choose(&plain, None, true), Method::SpatialSplits);
+            for motion in [Motion::Affine, Motion::Unstructured] {
+                assert_ne!(Method::choose(&object(motion, strategy), None, false), Method::SpatialSplits);
+            }
+        }
+        let other = object(Motion::Static, Strategy::Refit);
+        assert_eq!(Method::choose(&other, None, false), Method::Bvh { fast: false, moved: Moved::Refit });
     }
 }

@@ -36,6 +36,14 @@ pub fn bumpy_sphere(rings: u32, around: u32) -> Mesh {
     Mesh { positions, triangles, ..Mesh::default() }
 }
 
+/// Long thin triangles in all directions, each along another random chord of the cube `[-1, 1]³`.
+pub fn needles(random: &mut Random, count: usize) -> Mesh {
+    mesh((0..count).map(|_| {
+        let at = random.vec();
+        [at, at + random.vec() * 0.5, at + random.vec() * 0.003]
+    }))
+}
+
 /// Every degenerate mesh, with a name for messages.
 pub fn degenerate() -> Vec<(String, Mesh)> {
     let mut random = Random::new(Random::seed(7));

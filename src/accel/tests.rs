@@ -2,13 +2,13 @@
 
 use super::build_fast::{FastScratch, rebuild_fast};
 use super::build_sah::{SahScratch, rebuild_sah};
-use super::test_meshes::{Random, bumpy_sphere, degenerate, mesh, soup};
-use super::{Aabb, Bvh, OutOfMemory, Refit, build_fast, build_sah, triangle_bounds, validate};
+use super::test_meshes::{Random, bumpy_sphere, degenerate, mesh, needles, soup};
+use super::{Aabb, Bvh, OutOfMemory, Refit, build_fast, build_sah, build_spatial, triangle_bounds, validate};
 use crate::scene::Mesh;
 use glam::{Vec3, Vec3Swizzles};
 
 type Build = fn(&Mesh) -> Result<Bvh, OutOfMemory>;
-const BUILDERS: [(&str, Build); 2] = [("sah", build_sah), ("fast", build_fast)];
+const BUILDERS: [(&str, Build); 3] = [("sah", build_sah), ("fast", build_fast), ("spatial", build_spatial)];
 
 fn threads(count: usize) -> rayon::ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("a pool can be made")
@@ -29,7 +29,8 @@ fn every_build_of_degenerate_meshes_is_valid() {
 
 #[test]
 fn large_meshes_are_valid_and_equal_for_any_number_of_threads() {
-    for mesh in [bumpy_sphere(200, 300), soup(&mut Random::new(Random::seed(3)), 150_000, 0.02)] {
+    let mut random = Random::new(Random::seed(3));
+    for mesh in [bumpy_sphere(200, 300), soup(&mut random, 150_000, 0.02), needles(&mut random, 50_000)] {
         for (builder, build) in BUILDERS {
             let one = threads(1).install(|| build(&mesh)).expect("memory");
             validate(&one, &mesh).unwrap_or_else(|e| panic!("{builder}: {e}"));
@@ -97,9 +98,57 @@ fn surface_area_heuristic_makes_the_cheaper_tree() {
 }
 
 #[test]
+fn cutting_triangles_makes_a_cheaper_tree_of_long_ones() {
+    let mut random = Random::new(Random::seed(6));
+    let mut mixed = |large: usize, size: f32| {
+        let parts = [soup(&mut random, 20_000, 0.01), soup(&mut random, large, size)];
+        mesh(parts.iter().flat_map(|m| (0..m.triangles.len() as u32).map(|prim| m.corners(prim))))
+    };
+    for (name, mesh, gain) in [("few large among small", mixed(200, 2.0), 1.6), ("walls", mixed(1000, 1.5), 1.6)] {
+        let (plain, cut) = (build_sah(&mesh).expect("memory"), build_spatial(&mesh).expect("memory"));
+        validate(&cut, &mesh).expect("valid");
+        let (before, after) = (plain.sah_cost(), cut.sah_cost());
+        assert!(after * gain < before, "{name}: cost {before} without, {after} with cuts");
+        assert!(cut.blocks().len() < 2 * plain.blocks().len(), "{name}: {} blocks", cut.blocks().len());
+    }
+}
+
+#[test]
+fn every_point_of_a_cut_triangle_is_in_a_leaf() {
+    let mut random = Random::new(Random::seed(8));
+    for mesh in [needles(&mut random, 500), soup(&mut random, 500, 1.5), bumpy_sphere(20, 30)] {
+        let bvh = build_spatial(&mesh).expect("memory");
+        let mut boxes = vec![Vec::new(); mesh.triangles.len()];
+        for node in bvh.nodes() {
+            for lane in (0..node.child_count()).filter(|&lane| node.children[lane].is_leaf()) {
+                for block in &bvh.blocks()[node.children[lane].blocks()] {
+                    block.prims.iter().for_each(|&prim| boxes[prim as usize].push(node.child_bounds(lane)));
+                }
+            }
+        }
+        for (prim, boxes) in boxes.iter().enumerate() {
+            let [a, b, c] = mesh.corners(prim as u32);
+            let whole = triangle_bounds([a, b, c]);
+            assert!(boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b)).contains(&whole));
+            for _ in 0..200 {
+                let (u, v) = (random.unit(), random.unit());
+                let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+                // What a ray may be off by: a ten-thousandth of the triangle.
+                let at = a + (b - a) * u + (c - a) * v + random.vec() * (whole.extent().max_element() * 1e-4);
+                let at = at.max(whole.lo).min(whole.hi);
+                let point = Aabb { lo: at, hi: at };
+                assert!(boxes.iter().any(|b| b.contains(&point)), "triangle {prim} at {u}, {v}: {boxes:?}");
+            }
+        }
+        let mut moved = bvh.clone();
+        assert_eq!(moved.refit(&mesh), Refit::NeedsRebuild);
+    }
+}
+
+#[test]
 fn refit_follows_moving_vertices() {
     let mut mesh = bumpy_sphere(100, 150);
-    for (builder, build) in BUILDERS {
+    for (builder, build) in &BUILDERS[..2] {
         let mut bvh = build(&mesh).expect("memory");
         for frame in 0..3 {
             for p in &mut mesh.positions {

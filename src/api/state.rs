@@ -313,6 +313,15 @@ impl Context {
         Ok(&self.content.lights)
     }
 
+    /// The structure over the instances that was asked for.
+    ///
+    /// # Errors
+    /// `InvalidOperation` between begin and end.
+    pub fn get_top_level(&self) -> Result<TopLevelKind> {
+        self.outside_begin()?;
+        Ok(self.settings.top_level)
+    }
+
     /// A text about the library.
     ///
     /// # Errors

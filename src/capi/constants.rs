@@ -75,6 +75,8 @@ pub const RT_LAZY_CUT: RTenum = 0x6004;
 pub const RT_LAZY_LEVELS: RTenum = 0x6005;
 /// Parameter of objects: a time, which chooses among key frames. See rtKeyFrame().
 pub const RT_OBJECT_TIME: RTenum = 0x6006;
+/// Object parameter, RT_TRUE or RT_FALSE: whether triangles of an RT_STATIC object may be cut for a better tree.
+pub const RT_SPATIAL_SPLITS: RTenum = 0x6008;
 /// Update strategy: chosen from the motion flag and from what was measured. The default.
 pub const RT_AUTO: RTenum = 0x6010;
 /// Update strategy: object BSP tree (Wald, Benthin and Slusallek 2003).
@@ -330,6 +332,8 @@ pub const RT_THREADS: RTenum = 0x60AC;
 pub const RT_RENDERING: RTenum = 0x60AD;
 /// State: number of frames started so far.
 pub const RT_FRAME_NUMBER: RTenum = 0x60AE;
+/// State: the structure over the instances, see rtTopLevel().
+pub const RT_TOPLEVEL: RTenum = 0x60AF;
 /// State: numbers per vertex in the vertex array.
 pub const RT_VERTEX_ARRAY_SIZE: RTenum = 0x807A;
 /// State: data type of the vertex array.

@@ -40,6 +40,14 @@ fn strategy(value: RTenum) -> Result<Strategy> {
     })
 }
 
+fn truth(value: RTenum) -> Result<bool> {
+    match RTboolean::try_from(value) {
+        Ok(RT_TRUE) => Ok(true),
+        Ok(RT_FALSE) => Ok(false),
+        _ => Err(Error::invalid_enum("neither RT_TRUE nor RT_FALSE")),
+    }
+}
+
 /// Returns the first of n new names in a row, for rtNewObject(); 0 on failure. Each names an empty object.
 ///
 /// Errors: RT_INVALID_VALUE when n is not positive, RT_OUT_OF_MEMORY when there are not n names in a row left,
@@ -108,6 +116,7 @@ fn object_parameter(cx: &mut Context, object: RTuint, pname: RTenum, value: RTen
             ObjectParameter::LazyShape(shape)
         }
         RT_OBJECT_TIME => ObjectParameter::Time(value as RTint as f32),
+        RT_SPATIAL_SPLITS => ObjectParameter::SpatialSplits(truth(value)?),
         _ => return Err(Error::invalid_enum("not a parameter of objects that can be set")),
     };
     cx.object_parameter(object, parameter)
@@ -119,6 +128,11 @@ fn object_parameter(cx: &mut Context, object: RTuint, pname: RTenum, value: RTen
 /// the height). RT_LAZY_LEVELS: how many levels of it are updated at once (0, all, at first). RT_OBJECT_TIME: the
 /// time that chooses among key frames, see rtKeyFrame(). None of them changes the picture, but for rounding:
 /// vertices of an RT_STATIC object that is placed once are transformed, for others rays are.
+///
+/// RT_SPATIAL_SPLITS: RT_TRUE or RT_FALSE, the default. With RT_TRUE triangles may be cut at planes where the
+/// structure is built, so that long ones, or large ones among small ones, are traced faster; the build takes
+/// several times as long, and up to half as much memory again. It has effect while the object is RT_STATIC and its
+/// strategy is RT_AUTO or RT_SAH; for other objects it is kept and waits. It never changes the picture.
 ///
 /// Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object or a number
 /// is negative that must not be,
@@ -156,6 +170,7 @@ fn get_object_parameter(cx: &Context, object: RTuint, pname: RTenum) -> Result<R
             Motion::Affine => RT_AFFINE,
             Motion::Unstructured => RT_UNSTRUCTURED,
         },
+        RT_SPATIAL_SPLITS => RTuint::from(info.spatial_splits),
         RT_TRIANGLE_COUNT => info.triangle_count,
         RT_VERTEX_COUNT => info.vertex_count,
         RT_LAZY_CUT => info.lazy_shape.cut,
@@ -165,8 +180,8 @@ fn get_object_parameter(cx: &Context, object: RTuint, pname: RTenum) -> Result<R
     })
 }
 
-/// Stores a parameter of an object at params: RT_UPDATE_STRATEGY, RT_MOTION, RT_TRIANGLE_COUNT, RT_VERTEX_COUNT,
-/// RT_LAZY_CUT, RT_LAZY_LEVELS or RT_OBJECT_TIME (rounded).
+/// Stores a parameter of an object at params: RT_UPDATE_STRATEGY, RT_MOTION, RT_SPATIAL_SPLITS, RT_TRIANGLE_COUNT,
+/// RT_VERTEX_COUNT, RT_LAZY_CUT, RT_LAZY_LEVELS or RT_OBJECT_TIME (rounded).
 ///
 /// Errors: RT_INVALID_ENUM for another parameter, RT_INVALID_VALUE when there is no such object or params is
 /// NULL, RT_INVALID_OPERATION between rtBegin() and rtEnd().

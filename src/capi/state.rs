@@ -76,7 +76,7 @@ pub extern "C" fn rtMaxDepth(depth: RTint) {
 
 /// Sets the structure over the instances, from the next frame on: RT_AUTO, which is the default and takes the one
 /// that was measured to be faster, RT_BSP (Wald, Benthin and Slusallek 2003) or RT_TOPLEVEL_BVH. All give the
-/// same picture.
+/// same picture. rtGetIntegerv(RT_TOPLEVEL, ...) gives it back.
 ///
 /// Errors: RT_INVALID_ENUM for another structure, RT_INVALID_OPERATION between rtBegin() and rtEnd().
 #[unsafe(no_mangle)]
@@ -170,6 +170,11 @@ fn get<T: Copy + Default>(
             out.extend(names.iter().map(|&name| convert(name.into())));
             params.set(&out)
         }
+        RT_TOPLEVEL => params.set(&[convert(f64::from(match session.context.get_top_level()? {
+            TopLevelKind::Auto => RT_AUTO,
+            TopLevelKind::Bsp => RT_BSP,
+            TopLevelKind::Bvh => RT_TOPLEVEL_BVH,
+        }))]),
         // The mode of the definition that is open, as rtNewObject() was given it.
         RT_CURRENT_OBJECT_MODE => {
             let open = session.context.get(State::CurrentObject)?.as_slice()[0] != 0.0;
@@ -194,7 +199,7 @@ fn get<T: Copy + Default>(
 /// RT_CURRENT_OBJECT_MODE, RT_SHADER_CLASS_BINDING, RT_SHADER_BINDING, RT_TEXTURE_BINDING_2D, RT_CAMERA,
 /// RT_ENVIRONMENT, RT_CURRENT_RENDERING_OBJECT, RT_LIGHT_COUNT, RT_INSTANCE_COUNT, RT_MAX_FRAME_SIZE,
 /// RT_MAX_TEXTURE_SIZE, RT_SAMPLES_PER_PIXEL, RT_MAX_SAMPLES, RT_RAY_DEPTH, RT_MAX_RAY_DEPTH, RT_THREADS,
-/// RT_RENDERING, RT_FRAME_NUMBER, the capabilities of rtEnable(), and the vertex arrays with their sizes, types
+/// RT_RENDERING, RT_FRAME_NUMBER, RT_TOPLEVEL, the capabilities of rtEnable(), and the vertex arrays with their sizes, types
 /// and strides.
 ///
 /// Numbers that are not integers are rounded.

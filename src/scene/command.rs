@@ -22,6 +22,10 @@ pub enum Command {
         name: Name,
         motion: Motion,
     },
+    SetSpatialSplits {
+        name: Name,
+        wanted: bool,
+    },
     /// New positions for vertices `first..first + positions.len()`; the topology stays.
     UpdatePositions {
         name: Name,
@@ -109,6 +113,9 @@ impl Scene {
             }
             Command::SetMotion { name, motion } => {
                 self.objects.entry(name).or_default().motion = motion;
+            }
+            Command::SetSpatialSplits { name, wanted } => {
+                self.objects.entry(name).or_default().spatial_splits = wanted;
             }
             Command::UpdatePositions { name, first, positions } => {
                 if let Some(object) = self.objects.get_mut(&name) {

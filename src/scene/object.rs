@@ -94,6 +94,8 @@ pub struct Object {
     pub motion: Motion,
     pub strategy: Strategy,
     pub lazy: LazyShape,
+    /// A static object built by binned SAH may have its triangles cut, for a better tree that takes longer to build.
+    pub spatial_splits: bool,
     /// Grows when the object is defined anew: indices, counts or shaders changed.
     pub topology_version: u64,
     /// Grows when vertices moved under an unchanged topology.

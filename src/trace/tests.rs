@@ -1,8 +1,8 @@
 //! Every level against the scalar reference and brute force, bit for bit.
 
 use super::{Hit, Kernels, PreparedRay, Ray, triangle};
-use crate::accel::test_meshes::{Random, bumpy_sphere, degenerate, mesh, soup};
-use crate::accel::{Bvh, build_fast, build_sah};
+use crate::accel::test_meshes::{Random, bumpy_sphere, degenerate, mesh, needles, soup};
+use crate::accel::{Bvh, build_fast, build_sah, build_spatial};
 use crate::scene::Mesh;
 use crate::simd::Level;
 use crate::simd::skip::skipped;
@@ -102,6 +102,7 @@ fn every_tree_and_level_finds_the_hit_of_brute_force() {
         let rays = rays(&mut random, &mesh, count);
         hits += check(&name, &mesh, &build_sah(&mesh).expect("memory"), &rays, &kernels);
         check(&name, &mesh, &build_fast(&mesh).expect("memory"), &rays, &kernels);
+        check(&name, &mesh, &build_spatial(&mesh).expect("memory"), &rays, &kernels);
     }
     assert!(hits > 5000, "the rays are aimed: {hits}");
 }
@@ -110,10 +111,11 @@ fn every_tree_and_level_finds_the_hit_of_brute_force() {
 fn ordinary_meshes_too() {
     let kernels = kernels();
     let mut random = Random::new(Random::seed(12));
-    for mesh in [bumpy_sphere(30, 40), soup(&mut random, 3000, 0.2)] {
+    for mesh in [bumpy_sphere(30, 40), soup(&mut random, 3000, 0.2), needles(&mut random, 3000)] {
         let rays = rays(&mut random, &mesh, 2000);
-        assert!(check("sah", &mesh, &build_sah(&mesh).expect("memory"), &rays, &kernels) > 500);
+        assert!(check("sah", &mesh, &build_sah(&mesh).expect("memory"), &rays, &kernels) > 200);
         check("fast", &mesh, &build_fast(&mesh).expect("memory"), &rays, &kernels);
+        check("spatial", &mesh, &build_spatial(&mesh).expect("memory"), &rays, &kernels);
     }
 }
 

@@ -194,6 +194,7 @@ static inline const char *snapshot(void)
     STATE(RT_RAY_DEPTH, 1);
     STATE(RT_RENDERING, 1);
     STATE(RT_FRAME_NUMBER, 1);
+    STATE(RT_TOPLEVEL, 1);
     STATE(RT_FRAMEBUFFER_SRGB, 1);
     STATE(RT_ORIGIN_TOP_LEFT, 1);
     STATE(RT_ACCUMULATE, 1);
@@ -219,6 +220,7 @@ static inline const char *snapshot(void)
     for (o = object; o < object + 2; o++) {
         INT_OF(rtGetObjectParameteriv, o, RT_UPDATE_STRATEGY);
         INT_OF(rtGetObjectParameteriv, o, RT_MOTION);
+        INT_OF(rtGetObjectParameteriv, o, RT_SPATIAL_SPLITS);
         INT_OF(rtGetObjectParameteriv, o, RT_TRIANGLE_COUNT);
         INT_OF(rtGetObjectParameteriv, o, RT_VERTEX_COUNT);
         INT_OF(rtGetObjectParameteriv, o, RT_LAZY_CUT);

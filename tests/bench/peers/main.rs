@@ -8,7 +8,7 @@
 //! Embree (`libembree3`) is loaded at run time. Without it only our own figures are printed, and the bench says so.
 //! Build it without `CARGO_INCREMENTAL`: the many units of incremental builds prevent inlining (S2: 2.3 instead of 4.7 Mrays/s).
 //!
-//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`dynamic`], [`frames`], [`builders`] and [`toplevel`].
+//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`dynamic`], [`frames`], [`builders`], [`splits`] and [`toplevel`].
 
 mod builders;
 mod dynamic;
@@ -28,6 +28,7 @@ mod random;
 mod rays;
 mod report;
 mod scenes;
+mod splits;
 mod static_scenes;
 mod toplevel;
 
@@ -59,6 +60,7 @@ fn main() -> ExitCode {
         Suite::Dynamic => dynamic::run(&options, embree.as_ref()),
         Suite::Build => builders::run(&options, embree.as_ref()),
         Suite::Frames => frames::run(&options, embree.as_ref()),
+        Suite::Splits => splits::run(&options),
         Suite::TopLevel => toplevel::run(&options, embree.as_ref()),
         Suite::Lazy => lazy::run(&options),
     };

@@ -9,6 +9,7 @@ usage: cargo bench --bench peers -- SUITE [options]
   dynamic          milliseconds per frame, update and trace, of S4 … S7, CROWD and SCULPT, by every strategy
   frames           whole frames of the renderer on S2 and S6, beside batches of as many rays
   build            nanoseconds per triangle of builders and refit, SAH cost, memory
+  splits           what spatial splits give and cost: S1, S4, a tree, beams, needles
   toplevel         time to place 161 … 100,000 instances
   lazy             complete refits against updates by rays, and partial updates
 options:
@@ -26,6 +27,7 @@ pub enum Suite {
     Dynamic,
     Frames,
     Build,
+    Splits,
     TopLevel,
     Lazy,
 }
@@ -66,6 +68,7 @@ impl Options {
                 "dynamic" => suite = Some(Suite::Dynamic),
                 "frames" => suite = Some(Suite::Frames),
                 "build" => suite = Some(Suite::Build),
+                "splits" => suite = Some(Suite::Splits),
                 "toplevel" => suite = Some(Suite::TopLevel),
                 "lazy" => suite = Some(Suite::Lazy),
                 "--quick" => options.quick = true,
