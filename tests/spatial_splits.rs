@@ -1,7 +1,7 @@
 //! Objects built with spatial splits are hit as without: not a bit differs, for millions of rays of the kinds that could tell.
 //!
 //! `accel/spatial.rs` says why. Here rays graze the planes of triangles at every angle down to rounding, run along axes and in sides of boxes, through corners
-//! and edges, from near and from far, in meshes of needles, of large triangles among small ones, and of many in one plane.
+//! and edges, and where a triangle was cut, from near and from far, in meshes of needles, of large triangles among small ones, and of many in one plane.
 
 #[path = "common/meshes.rs"]
 #[allow(dead_code, reason = "shared with other tests")]
@@ -13,7 +13,7 @@ mod random;
 mod world;
 
 use glam::{Affine3A, Vec3};
-use openrt::accel::{Structure, TwoLevel};
+use openrt::accel::{Structure, TwoLevel, triangle_bounds};
 use openrt::scene::{Command, Mesh, Motion, Strategy, TopLevelKind};
 use openrt::simd::Level;
 use openrt::threads::Pool;
@@ -107,6 +107,55 @@ fn ray(random: &mut Random, mesh: &Mesh) -> Ray {
     ray
 }
 
+/// Where edges of cut triangles pass from one leaf to another: the point, the triangle, and the axis of the plane.
+fn cuts(built: &TwoLevel, mesh: &Mesh) -> Vec<(Vec3, u32, usize)> {
+    let Structure::Bvh(bvh) = built.objects()[0].structure() else { panic!("no tree") };
+    let mut all = Vec::new();
+    for node in bvh.nodes() {
+        for lane in (0..node.child_count()).filter(|&lane| node.children[lane].is_leaf()) {
+            let part = node.child_bounds(lane);
+            for prim in bvh.blocks()[node.children[lane].blocks()].iter().flat_map(|block| block.prims) {
+                let [a, b, c] = mesh.corners(prim);
+                let whole = triangle_bounds([a, b, c]);
+                let pad = whole.extent().max_element() / 8192.0;
+                for axis in 0..3 {
+                    for plane in [part.lo[axis] + pad, part.hi[axis] - pad] {
+                        for (p, q) in [(a, b), (b, c), (c, a)] {
+                            if (p[axis] < plane) != (q[axis] < plane) {
+                                let at = p + (q - p) * ((plane - p[axis]) / (q[axis] - p[axis]));
+                                all.push((at, prim, axis));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Aimed at such a place, along the triangle or across the corner between two boxes, or nearly.
+fn ray_at_cut(random: &mut Random, mesh: &Mesh, (at, prim, axis): (Vec3, u32, usize)) -> Ray {
+    let [a, b, c] = mesh.corners(prim);
+    let normal = (b - a).cross(c - a).normalize_or(Vec3::X);
+    let mut dir = match random.below(4) {
+        0 => random.vec(),
+        1 => normal + random.vec() * 1e-3,
+        2 => (b - a).cross(random.vec()),
+        _ => {
+            let mut across = b - a;
+            across[axis] = -across[axis];
+            across + random.vec() * 0.05
+        }
+    };
+    if random.below(3) == 0 {
+        dir -= normal * dir.dot(normal) * (1.0 - 10f32.powf(-6.0 * random.unit()));
+    }
+    let inward = (a + b + c - at * 3.0) * if random.below(2) == 0 { 0.0 } else { 10f32.powf(-7.0 * random.unit()) };
+    let target = at + inward;
+    Ray::new(target - dir * 10f32.powf(7.0 * random.unit() - 5.0), dir)
+}
+
 fn bits(hit: &Option<Hit>) -> Option<[u32; 6]> {
     hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim, h.object, h.instance])
 }
@@ -126,8 +175,14 @@ fn no_bit_of_any_hit_differs() {
     ];
     let mut hits = 0;
     for (name, mesh) in scenes {
-        let rays: Vec<Ray> = (0..60_000).map(|_| ray(&mut random, &mesh)).collect();
-        let mut world = still(mesh, Affine3A::IDENTITY);
+        let mut world = still(mesh.clone(), Affine3A::IDENTITY);
+        let cuts = cuts(&built(&mut world, &pool, Level::detect(), true), &mesh);
+        let rays: Vec<Ray> = (0..60_000)
+            .map(|i| match i % 2 {
+                0 if !cuts.is_empty() => ray_at_cut(&mut random, &mesh, cuts[i % cuts.len()]),
+                _ => ray(&mut random, &mesh),
+            })
+            .collect();
         let mut expected: Option<Vec<Option<Hit>>> = None;
         for level in Level::available() {
             // The slow ones look at fewer rays.
