@@ -27,7 +27,7 @@ pub enum Refit {
 }
 
 impl Bvh {
-    /// Whether every triangle that can be hit has a place in the tree.
+    /// Whether every triangle that can be hit has a place in the tree, and one only.
     pub(super) fn can_hold(&self, mesh: &Mesh) -> bool {
         mesh.triangles.len() == self.prim_count
             && !self.holds_parts()
