@@ -250,7 +250,7 @@ fn split_objects_are_rebuilt_when_they_change_after_all() {
         let Structure::Bvh(bvh) = structures.objects()[0].structure() else { panic!("no tree") };
         // A static object that moves is built in haste.
         assert_eq!(bvh.holds_parts(), [true, true, false, false, true, false][frame], "frame {frame}");
-        let mesh = meshes::moved(world.scene.objects[&1].mesh.clone(), |p| {
+        let mesh = meshes::moved(Mesh::clone(&world.scene.objects[&1].mesh), |p| {
             world.instances[0].world_from_object.transform_point3(p)
         });
         for _ in 0..300 {
