@@ -15,6 +15,7 @@ mod level;
 mod memory;
 mod scalar;
 mod vector;
+mod wide;
 
 #[cfg(target_arch = "x86_64")]
 mod x86;
@@ -24,6 +25,7 @@ pub use level::Level;
 pub use memory::{components, prefer_huge_pages, prefetch};
 pub use scalar::Scalar;
 pub use vector::{Isa, Vector};
+pub use wide::{LANES, Proof, Wide, Wide3, WideKernel, run_wide};
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Avx2, Avx512, Sse41};
 

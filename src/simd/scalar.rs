@@ -60,6 +60,10 @@ impl<const N: usize> Vector for Lanes<N> {
         self.zip(other, |a, b| a / b)
     }
     #[inline(always)]
+    unsafe fn sqrt(self) -> Self {
+        Lanes(self.0.map(f32::sqrt))
+    }
+    #[inline(always)]
     unsafe fn abs(self) -> Self {
         Lanes(self.0.map(f32::abs))
     }

@@ -33,7 +33,7 @@ fn bits<const N: usize>(lanes: [f32; N]) -> [u32; N] {
 /// # Safety
 /// - The processor has the instruction set of `V`.
 #[inline(always)]
-unsafe fn all<V: Vector<Array = [f32; N]>, const N: usize>(a: [f32; N], b: [f32; N]) -> ([[u32; N]; 10], [u32; 2]) {
+unsafe fn all<V: Vector<Array = [f32; N]>, const N: usize>(a: [f32; N], b: [f32; N]) -> ([[u32; N]; 11], [u32; 2]) {
     // SAFETY: the caller's promise.
     unsafe {
         let stored = |v: V| {
@@ -49,6 +49,7 @@ unsafe fn all<V: Vector<Array = [f32; N]>, const N: usize>(a: [f32; N], b: [f32;
                 stored(x.mul(y)),
                 stored(x.div(y)),
                 stored(x.abs()),
+                stored(x.sqrt()),
                 stored(x.select_le(y, y, x)),
                 stored(x.select_bits(y, a[1].to_bits() ^ b[2].to_bits().rotate_left(9))),
                 stored(x.min(y)),
@@ -61,8 +62,8 @@ unsafe fn all<V: Vector<Array = [f32; N]>, const N: usize>(a: [f32; N], b: [f32;
     }
 }
 
-type Four = ([[u32; 4]; 10], [u32; 2]);
-type Eight = ([[u32; 8]; 10], [u32; 2]);
+type Four = ([[u32; 4]; 11], [u32; 2]);
+type Eight = ([[u32; 8]; 11], [u32; 2]);
 
 /// # Safety
 /// - The processor has the instruction set `I`.

@@ -26,6 +26,8 @@ pub trait Vector: Copy {
     unsafe fn sub(self, other: Self) -> Self;
     unsafe fn mul(self, other: Self) -> Self;
     unsafe fn div(self, other: Self) -> Self;
+    /// The square root, correctly rounded as all other operations are.
+    unsafe fn sqrt(self) -> Self;
     /// The magnitude: clears the sign bit, also of a NaN.
     unsafe fn abs(self) -> Self;
 

@@ -60,7 +60,7 @@ unsafe fn sign_bits4(mask: u32) -> __m128 {
 /// how two lanes are compared into bits, how such a comparison selects, and how bits do.
 macro_rules! one_register {
     ($vector:ident, $array:ty, $splat:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident, $div:ident,
-     $min:ident, $max:ident, $andnot:ident, |$a:ident, $b:ident, $op:ident| $compare:expr,
+     $sqrt:ident, $min:ident, $max:ident, $andnot:ident, |$a:ident, $b:ident, $op:ident| $compare:expr,
      |$x:ident, $y:ident, $yes:ident, $no:ident| $select:expr,
      |$first:ident, $second:ident, $mask:ident| $by_bits:expr) => {
         impl Vector for $vector {
@@ -100,6 +100,11 @@ macro_rules! one_register {
             unsafe fn div(self, other: Self) -> Self {
                 // SAFETY: as in `splat`.
                 unsafe { $vector($div(self.0, other.0)) }
+            }
+            #[inline(always)]
+            unsafe fn sqrt(self) -> Self {
+                // SAFETY: as in `splat`.
+                unsafe { $vector($sqrt(self.0)) }
             }
             #[inline(always)]
             unsafe fn abs(self) -> Self {
@@ -156,6 +161,7 @@ one_register!(
     _mm_sub_ps,
     _mm_mul_ps,
     _mm_div_ps,
+    _mm_sqrt_ps,
     _mm_min_ps,
     _mm_max_ps,
     _mm_andnot_ps,
@@ -175,6 +181,7 @@ one_register!(
     _mm256_sub_ps,
     _mm256_mul_ps,
     _mm256_div_ps,
+    _mm256_sqrt_ps,
     _mm256_min_ps,
     _mm256_max_ps,
     _mm256_andnot_ps,
@@ -196,6 +203,7 @@ one_register!(
     _mm_sub_ps,
     _mm_mul_ps,
     _mm_div_ps,
+    _mm_sqrt_ps,
     _mm_min_ps,
     _mm_max_ps,
     _mm_andnot_ps,
@@ -214,6 +222,7 @@ one_register!(
     _mm256_sub_ps,
     _mm256_mul_ps,
     _mm256_div_ps,
+    _mm256_sqrt_ps,
     _mm256_min_ps,
     _mm256_max_ps,
     _mm256_andnot_ps,
@@ -262,6 +271,11 @@ impl Vector for Sse8 {
     unsafe fn div(self, other: Self) -> Self {
         // SAFETY: as in `splat`.
         unsafe { Sse8(_mm_div_ps(self.0, other.0), _mm_div_ps(self.1, other.1)) }
+    }
+    #[inline(always)]
+    unsafe fn sqrt(self) -> Self {
+        // SAFETY: as in `splat`.
+        unsafe { Sse8(_mm_sqrt_ps(self.0), _mm_sqrt_ps(self.1)) }
     }
     #[inline(always)]
     unsafe fn abs(self) -> Self {
