@@ -16,7 +16,7 @@ use glam::{Affine3A, Vec3};
 use openrt::scene::{Command, Instance, Mesh, Motion, Strategy, TopLevelKind};
 use openrt::simd::Level;
 use openrt::threads::Pool;
-use openrt::trace::{Hit, Ray, Tracer};
+use openrt::trace::{Hit, PacketMemory, Ray, RayPacket, Tracer};
 use random::Random;
 use rays::{bits, is_rescaled, rays};
 use world::{Verdict, World, combinations, oracle};
@@ -55,6 +55,7 @@ fn check_bits(name: &str, world: &World, rays: &[Ray]) -> usize {
         for (i, (hit, occluded)) in hits.iter().zip(&occluded).enumerate() {
             assert_eq!(hit.is_some(), *occluded, "occluded differs: {}", what(i));
         }
+        check_packets(&tracer, rays, &hits, what);
         let expected = expected.get_or_insert_with(|| {
             let brute =
                 |(ray, hit): (&Ray, &Option<Hit>)| if is_rescaled(ray) { *hit } else { world.brute_force(&built, ray) };
@@ -67,6 +68,24 @@ fn check_bits(name: &str, world: &World, rays: &[Ray]) -> usize {
     expected.map_or(0, |e| e.iter().flatten().count())
 }
 
+/// Packets answer what batches do. Every seventh ray, and those that do not begin at their origin, are left out.
+fn check_packets(tracer: &Tracer, rays: &[Ray], hits: &[Option<Hit>], what: impl Fn(usize) -> String) {
+    let (mut packet, mut memory) = (RayPacket::new(), PacketMemory::new());
+    for (number, (rays, hits)) in rays.chunks(RayPacket::RAYS).zip(hits.chunks(RayPacket::RAYS)).enumerate() {
+        let first = RayPacket::RAYS * number;
+        rays.iter().enumerate().for_each(|(r, ray)| packet.set(r, ray));
+        let goes = |r: usize| (first + r) % 7 != 3 && !(rays[r].tmin > 0.0);
+        let mask = (0..rays.len()).fold(0u64, |mask, r| mask | u64::from(goes(r)) << r);
+        let occluded = tracer.occluded_packet(&packet, mask, &mut memory);
+        let found = tracer.intersect_packet(&packet, mask, &mut memory);
+        for r in (0..rays.len()).filter(|r| mask >> r & 1 == 1) {
+            let hit = Some(found[r]).filter(|hit| !hit.is_none());
+            assert_eq!(bits(&hit), bits(&hits[r]), "{hit:?} by the packet: {}", what(first + r));
+            assert_eq!(occluded >> r & 1 == 1, hit.is_some(), "occluded by the packet: {}", what(first + r));
+        }
+        assert_eq!(occluded & !mask, 0, "rays that nobody asked for");
+    }
+}
 #[test]
 fn closest_hits_agree_with_exact_geometry() {
     let seed = Random::seed(1);

@@ -5,6 +5,8 @@
 
 use super::packet::{Found, Packet};
 use super::packet_batch::trace_many;
+use super::packet_query::{RayPacket, trace_packet};
+use super::packet_scene::Scratch;
 use super::traverse_bvh::{SlabLanes, traverse};
 use super::traverse_lazy::{self, At};
 use super::triangle4::RayLanes;
@@ -19,6 +21,7 @@ type LazyPacket = unsafe fn(&LazyBvh, usize, &Packet, u64, u32, u32, &mut Found)
 type Scene = unsafe fn(&TwoLevel, &TopLevelBvh, &PreparedRay, &mut Hit) -> bool;
 type IntersectMany = unsafe fn(&TwoLevel, &[Ray], &mut [Option<Hit>]);
 type OccludedMany = unsafe fn(&TwoLevel, &[Ray], &mut [bool]);
+type PacketQuery = unsafe fn(&TwoLevel, &RayPacket, u64, &mut Scratch) -> u64;
 
 /// The kernels of one level. Holding one proves that the processor can run them.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +37,8 @@ pub struct Kernels {
     scene_occluded: Scene,
     pub(super) intersect_many: IntersectMany,
     pub(super) occluded_many: OccludedMany,
+    pub(super) intersect_packet: PacketQuery,
+    pub(super) occluded_packet: PacketQuery,
 }
 
 /// Writes the shells of one instruction set as a module.
@@ -158,6 +163,22 @@ macro_rules! shells {
                 }
             }
 
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
+            unsafe fn intersect_packet(world: &TwoLevel, rays: &RayPacket, mask: u64, scratch: &mut Scratch) -> u64 {
+                // SAFETY: the caller's promise.
+                unsafe { trace_packet::<$isa, false>(world, &KERNELS, rays, mask, scratch) }
+            }
+
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
+            unsafe fn occluded_packet(world: &TwoLevel, rays: &RayPacket, mask: u64, scratch: &mut Scratch) -> u64 {
+                // SAFETY: the caller's promise.
+                unsafe { trace_packet::<$isa, true>(world, &KERNELS, rays, mask, scratch) }
+            }
+
             pub(super) static KERNELS: Kernels = Kernels {
                 level: super::level_of!($name),
                 intersect,
@@ -170,6 +191,8 @@ macro_rules! shells {
                 scene_occluded,
                 intersect_many,
                 occluded_many,
+                intersect_packet,
+                occluded_packet,
             };
         }
     };

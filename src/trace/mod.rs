@@ -2,7 +2,7 @@
 //!
 //! All kernels answer the same question with the same bits, on every instruction set and through every structure:
 //! the hit with the smallest `t`, and among equal `t` the one with the lowest (instance, object, primitive).
-//! Many rays at once go as packets of up to 64 ([`Tracer::intersect_many`]), with the same bits.
+//! Many rays at once go as packets of up to 64 ([`Tracer::intersect_many`], [`Tracer::intersect_packet`]), with the same bits.
 //! How that is kept: [`ray`] (slab distances), [`triangle`] (edge functions, clamped `t`).
 
 pub mod ray;
@@ -14,6 +14,7 @@ mod packet;
 mod packet_batch;
 mod packet_boxes;
 mod packet_object;
+mod packet_query;
 mod packet_scene;
 mod packet_triangles;
 mod stack;
@@ -29,6 +30,7 @@ mod triangle4;
 
 pub use hit::Hit;
 pub use kernels::Kernels;
+pub use packet_query::{PacketMemory, RayPacket};
 pub use ray::{PreparedRay, Ray, SLAB_PAD};
 pub use tracer::Tracer;
 

@@ -4,6 +4,8 @@
 //! of [`PreparedRay::new`] and of the transform in `traverse_scene`, in 8 lanes, so a ray has the same bits in a packet as alone.
 //! Lanes without a ray hold copies of another one: they cost nothing and are masked wherever it matters.
 
+use super::packet_query::RayPacket;
+use super::tracer::USUAL_LENGTH;
 use super::{Hit, PreparedRay, Ray, ray::MIN_DIRECTION};
 use crate::accel::MAX_COORDINATE;
 use crate::simd::{Isa, Vector};
@@ -17,7 +19,7 @@ pub(super) const GROUPS: usize = 8;
 pub(super) const RAYS: usize = LANES * GROUPS;
 
 /// One number per ray.
-pub(super) type Rows = [[f32; LANES]; GROUPS];
+pub type Rows = [[f32; LANES]; GROUPS];
 
 /// The rays, prepared for box and triangle tests.
 #[repr(C, align(64))]
@@ -158,6 +160,45 @@ impl Packet {
             self.usable &= interval;
         }
         found.open = self.usable;
+    }
+
+    /// Takes in the rays of `mask`, of which there is at least one. Returns those whose direction is too long or too short to be traced
+    /// as it is (see [`super::tracer`]); they are left out.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    pub(super) unsafe fn take_in<I: Isa>(&mut self, found: &mut Found, rays: &RayPacket, mask: u64) -> u64 {
+        let mut usual = 0;
+        // SAFETY: the caller's promise.
+        unsafe {
+            let (least, most) = (I::F8::splat(*USUAL_LENGTH.start()), I::F8::splat(*USUAL_LENGTH.end()));
+            for g in groups(mask) {
+                for k in 0..3 {
+                    self.org[k][g] = rays.org[k][g];
+                    self.dir[k][g] = rays.dir[k][g];
+                }
+                self.tmin[g] = [0.0; LANES];
+                // Of lanes without a ray, so that they do not hold up the farthest distance of all.
+                let tmax = I::F8::load(&rays.tmax[g]).select_bits(I::F8::splat(0.0), (mask >> (LANES * g)) as u32);
+                tmax.store(&mut found.t[g]);
+                let [x, y, z] = load3::<I>(&self.dir, g);
+                let longest = x.abs().max(y.abs().max(z.abs()));
+                usual |= u64::from(least.le(longest) & longest.le(most)) << (LANES * g);
+            }
+            usual &= mask;
+            self.prepare::<I>(usual);
+            let mut interval = 0;
+            for g in groups(usual) {
+                interval |= u64::from(I::F8::splat(0.0).le(I::F8::load(&rays.tmax[g]))) << (LANES * g);
+            }
+            self.usable &= interval;
+        }
+        for r in bits(mask) {
+            found.hits[r] = Hit::none(rays.tmax[r / LANES][r % LANES]);
+        }
+        found.open = self.usable;
+        mask & !usual
     }
 
     /// Makes this the packet of `rays`' space seen from an instance, for the groups that have a ray in `mask`.

@@ -5,16 +5,16 @@ use crate::accel::TwoLevel;
 
 /// Directions whose largest component is outside of this range are scaled by a power of two first, so that their
 /// transforms, reciprocals and products stay clear of overflow and denormals.
-const USUAL_LENGTH: std::ops::RangeInclusive<f32> = 1.0 / (1 << 20) as f32..=(1 << 20) as f32;
+pub(super) const USUAL_LENGTH: std::ops::RangeInclusive<f32> = 1.0 / (1 << 20) as f32..=(1 << 20) as f32;
 
 /// Fewer rays than this are traced one by one: a packet has to be set up.
-const WORTH_A_PACKET: usize = 4;
+pub(super) const WORTH_A_PACKET: usize = 4;
 
 /// Answers ray queries against one frame's structures. Cheap to copy; shared by all threads.
 #[derive(Clone, Copy)]
 pub struct Tracer<'a> {
-    world: &'a TwoLevel,
-    kernels: Kernels,
+    pub(super) world: &'a TwoLevel,
+    pub(super) kernels: Kernels,
 }
 
 impl<'a> Tracer<'a> {
