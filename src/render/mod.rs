@@ -13,3 +13,6 @@ pub use renderer::Renderer;
 
 /// What the rooms above may know of the shaders.
 pub use crate::shade::builtin_classes;
+
+#[cfg(test)]
+mod tests;

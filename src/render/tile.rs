@@ -1,12 +1,15 @@
 //! One tile: camera samples to pixels.
 //!
-//! All rays of a tile (one per pixel at a time) are made first and traced as a batch, in an order in which any aligned run of 8, 16 or 64
-//! is a compact part of the picture: by 8×8 quads, 4×4 blocks and 4×2 halves.
+//! A tile is four packets of 8×8 pixels, whose rays are made, traced and shaded together (one per pixel at a time). A frame of one
+//! sample per pixel that averages nothing writes its pixels at once; sums are kept for the others only.
 
-use crate::frame::{NO_INSTANCE, Pixel, TILE_PIXELS, TILE_SIZE, TileRect};
+use crate::frame::{Pixel, TILE_PIXELS, TILE_SIZE, TileRect};
 use crate::scene::{FrameDesc, Viewport};
-use crate::shade::{CameraSample, Cone, RayCounts, Seen, ShadeScene, Worker, pixel_pattern};
-use crate::trace::{Ray, Tracer};
+use crate::shade::{
+    CameraPacket, Cone, PACKET_SIZE, RayCounts, Samples, Seen, ShadeScene, Wanted, Worker, pixel_pattern, place,
+};
+use crate::simd::{Level, prefetch};
+use crate::trace::{RayPacket, Tracer};
 use glam::{Vec2, Vec4};
 
 /// What all tiles of a frame share.
@@ -21,12 +24,13 @@ pub struct TileJob<'a> {
 /// What a thread needs from tile to tile.
 pub struct TileWorker<'a> {
     worker: Worker<'a>,
-    samples: Vec<CameraSample>,
-    /// Places in the tile of the samples.
-    places: Vec<u16>,
-    sums: Vec<Vec4>,
-    seen: Vec<Option<Seen>>,
+    camera: CameraPacket,
+    samples: Samples,
+    sums: Box<[Vec4; TILE_PIXELS]>,
 }
+
+/// Packets along each side of a tile.
+const PACKETS: u32 = TILE_SIZE / PACKET_SIZE;
 
 impl<'a> TileJob<'a> {
     pub fn new(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>, frame: &'a FrameDesc) -> Self {
@@ -41,10 +45,9 @@ impl<'a> TileJob<'a> {
     pub fn worker(&self) -> TileWorker<'a> {
         TileWorker {
             worker: Worker::new(self.scene, self.tracer),
-            samples: Vec::with_capacity(TILE_PIXELS),
-            places: Vec::with_capacity(TILE_PIXELS),
-            sums: vec![Vec4::ZERO; TILE_PIXELS],
-            seen: vec![None; TILE_PIXELS],
+            camera: CameraPacket::new(),
+            samples: Samples::new(),
+            sums: Box::new([Vec4::ZERO; TILE_PIXELS]),
         }
     }
 
@@ -58,103 +61,125 @@ impl<'a> TileJob<'a> {
         rounds: u32,
         pixels: &mut [Pixel],
     ) -> RayCounts {
-        let TileWorker { worker, samples, places, sums, seen } = worker;
+        let TileWorker { worker, camera, samples, sums } = worker;
+        let pixels: &mut [Pixel; TILE_PIXELS] = pixels.try_into().expect("a tile is stored whole");
         worker.counts = RayCounts::default();
-        sums.fill(Vec4::ZERO);
-        seen.fill(None);
         let pattern = pixel_pattern(self.frame.samples.max(1), rounds);
-        for (i, &offset) in pattern.iter().enumerate() {
-            self.camera_rays(origin, visible, rounds, (i as u32, pattern.len() as u32), offset, samples, places, sums);
-            worker.samples(samples, self.cone, |number, sample| {
-                let place = usize::from(places[number]);
-                sums[place] += sample.color;
+        let at_once = pattern.len() == 1 && rounds == 0;
+        let Viewport { x, y, width, height } = self.frame.viewport;
+        let size = Vec2::new(width as f32, height as f32);
+        let from = |a: u32, b: u32| (i64::from(a) - i64::from(b)) as f32;
+        for packet in 0..PACKETS * PACKETS {
+            let [right, up] = [packet % PACKETS * PACKET_SIZE, packet / PACKETS * PACKET_SIZE];
+            let pixel = [origin[0] + right, origin[1] + up];
+            let mask = visible_places(pixel, visible);
+            if mask == 0 {
+                continue;
+            }
+            let first = (up * TILE_SIZE + right) as usize;
+            for (i, &offset) in (0..).zip(&pattern) {
+                let number = rounds.wrapping_mul(pattern.len() as u32).wrapping_add(i);
+                let corner = Vec2::new(from(pixel[0], x), from(pixel[1], y));
+                let wanted = Wanted { pixel, corner, mask, number, offset };
                 if i == 0 {
-                    seen[place] = sample.seen;
+                    // Written by the end of the packet: until then the lines are here.
+                    places(first, mask).for_each(|(_, at)| prefetch(&pixels[..], at));
                 }
-            });
-        }
-        for y in visible.y0..visible.y1 {
-            for x in visible.x0..visible.x1 {
-                let place = ((y - origin[1]) * TILE_SIZE + x - origin[0]) as usize;
-                let pixel = &mut pixels[place];
-                let color = sums[place] / pattern.len() as f32;
-                let color = if rounds == 0 {
-                    color
-                } else {
+                camera.aim(&self.scene.camera, self.level(), &wanted, size, self.aspect);
+                worker.samples(camera, self.cone, samples);
+                self.clear(samples, mask & !camera.mask);
+                if at_once {
+                    for (slot, at) in places(first, mask) {
+                        pixels[at] = look(samples.color(slot).to_array(), samples.seen(slot));
+                    }
+                    continue;
+                }
+                for (slot, at) in places(first, mask) {
+                    if i == 0 {
+                        pixels[at] = look(pixels[at].color, samples.seen(slot));
+                        sums[at] = Vec4::ZERO;
+                    }
+                    sums[at] += samples.color(slot);
+                }
+            }
+            if !at_once {
+                for (_, at) in places(first, mask) {
+                    let color = sums[at] / pattern.len() as f32;
+                    let pixel = &mut pixels[at];
                     let before = Vec4::from_array(pixel.color);
-                    before + (color - before) / (rounds as f32 + 1.0)
-                };
-                *pixel = finish(color, seen[place]);
+                    let mean = if rounds == 0 { color } else { before + (color - before) / (rounds as f32 + 1.0) };
+                    pixel.color = mean.to_array();
+                }
             }
         }
         worker.counts
     }
 
-    /// Sample `i` of `count` of all visible pixels; those that the camera leaves clear get their colour at once.
-    #[allow(clippy::too_many_arguments, reason = "the fields of a worker, borrowed apart")]
-    fn camera_rays(
-        &self,
-        origin: [u32; 2],
-        visible: TileRect,
-        rounds: u32,
-        (i, count): (u32, u32),
-        offset: Vec2,
-        samples: &mut Vec<CameraSample>,
-        places: &mut Vec<u16>,
-        sums: &mut [Vec4],
-    ) {
-        let viewport = self.frame.viewport;
-        let size = Vec2::new(viewport.width as f32, viewport.height as f32);
-        let number = rounds.wrapping_mul(count).wrapping_add(i);
-        let has_lens = self.scene.camera.has_lens();
-        samples.clear();
-        places.clear();
-        for place in PLACES {
-            let (x, y) = (origin[0] + u32::from(place) % TILE_SIZE, origin[1] + u32::from(place) / TILE_SIZE);
-            if x < visible.x0 || x >= visible.x1 || y < visible.y0 || y >= visible.y1 {
-                continue;
-            }
-            let corner = Vec2::new((x - viewport.x) as f32, (y - viewport.y) as f32);
-            let lens = if has_lens { CameraSample::lens([x, y], number) } else { Vec2::ZERO };
-            match self.scene.camera.primary_ray((corner + offset) / size, self.aspect, lens) {
-                Some(ray) => {
-                    samples.push(CameraSample { ray: Ray::new(ray.origin, ray.direction), pixel: [x, y], number });
-                    places.push(place);
-                }
-                None => sums[usize::from(place)] += Vec4::from_array(self.frame.clear_color),
-            }
+    fn level(&self) -> Level {
+        self.tracer.world().level()
+    }
+
+    /// The samples that the camera leaves clear.
+    fn clear(&self, samples: &mut Samples, mask: u64) {
+        if mask != 0 {
+            let clear = Vec4::from_array(self.frame.clear_color);
+            places(0, mask).for_each(|(slot, _)| samples.set_clear(slot, clear));
         }
     }
 }
 
-/// The pixels of a tile in the order of their rays.
-const PLACES: [u16; TILE_PIXELS] = {
-    let mut places = [0; TILE_PIXELS];
-    let mut i = 0;
-    while i < TILE_PIXELS {
-        let (quad, block, half, pixel) = (i >> 6, i >> 4 & 3, i >> 3 & 1, i & 7);
-        let x = (quad & 1) * 8 + (block & 1) * 4 + (pixel & 3);
-        let y = (quad >> 1) * 8 + (block >> 1) * 4 + half * 2 + (pixel >> 2);
-        places[i] = (y * TILE_SIZE as usize + x) as u16;
-        i += 1;
+/// The places of a packet, whose lower left pixel is `pixel`, that can be seen.
+fn visible_places(pixel: [u32; 2], visible: TileRect) -> u64 {
+    let packet = TileRect { x0: pixel[0], y0: pixel[1], x1: pixel[0] + PACKET_SIZE, y1: pixel[1] + PACKET_SIZE };
+    let part = packet.intersection(visible);
+    if part == packet {
+        return u64::MAX;
     }
-    places
-};
+    (0..RayPacket::RAYS).fold(0, |mask, slot| {
+        let [x, y] = [pixel[0] + place(slot)[0], pixel[1] + place(slot)[1]];
+        let inside = part.x0 <= x && x < part.x1 && part.y0 <= y && y < part.y1;
+        mask | u64::from(inside) << slot
+    })
+}
+
+/// Samples of `mask`, with their pixels in a tile in which the packet begins at pixel `first`.
+#[inline(always)]
+fn places(first: usize, mut mask: u64) -> impl Iterator<Item = (usize, usize)> {
+    /// Of a packet that begins at pixel 0.
+    const PIXELS: [usize; RayPacket::RAYS] = {
+        let mut pixels = [0; RayPacket::RAYS];
+        let mut slot = 0;
+        while slot < RayPacket::RAYS {
+            let [x, y] = place(slot);
+            pixels[slot] = (y * TILE_SIZE + x) as usize;
+            slot += 1;
+        }
+        pixels
+    };
+    std::iter::from_fn(move || {
+        (mask != 0).then(|| {
+            let slot = mask.trailing_zeros() as usize;
+            mask &= mask - 1;
+            (slot, (first + PIXELS[slot]) % TILE_PIXELS)
+        })
+    })
+}
 
 /// Width over height of a viewport.
 pub fn aspect(viewport: Viewport) -> f32 {
     viewport.width.max(1) as f32 / viewport.height.max(1) as f32
 }
 
-fn finish(color: Vec4, seen: Option<Seen>) -> Pixel {
+#[inline(always)]
+fn look(color: [f32; 4], seen: Option<Seen>) -> Pixel {
     match seen {
         Some(seen) => Pixel {
-            color: color.to_array(),
+            color,
             depth: seen.distance,
             normal: seen.normal.to_array(),
             object: seen.object,
             instance: seen.instance,
         },
-        None => Pixel { color: color.to_array(), instance: NO_INSTANCE, ..Pixel::EMPTY },
+        None => Pixel { color, ..Pixel::EMPTY },
     }
 }

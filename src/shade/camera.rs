@@ -12,17 +12,17 @@ use std::sync::Arc;
 /// A camera of one frame. Keeps nothing of the scene, so that picking works after the frame.
 #[derive(Clone)]
 pub struct Camera {
-    eye: Vec3,
-    right: Vec3,
-    up: Vec3,
-    forward: Vec3,
+    pub(super) eye: Vec3,
+    pub(super) right: Vec3,
+    pub(super) up: Vec3,
+    pub(super) forward: Vec3,
     /// Width over height; 0 takes the viewport's.
-    aspect: f32,
-    kind: Kind,
+    pub(super) aspect: f32,
+    pub(super) kind: Kind,
 }
 
 #[derive(Clone)]
-enum Kind {
+pub(super) enum Kind {
     Pinhole(Window),
     Orthographic(Window),
     ThinLens { window: Window, aperture: f32, focus: f32 },
@@ -32,7 +32,7 @@ enum Kind {
 
 /// The part of the plane at distance 1 that is seen.
 #[derive(Clone, Copy)]
-enum Window {
+pub(super) enum Window {
     /// Half the height; the width follows from the aspect.
     HalfHeight(f32),
     /// Left, right, bottom, top.

@@ -50,6 +50,11 @@ impl Environment {
         })
     }
 
+    /// Whether it is the same in all directions.
+    pub fn is_uniform(&self) -> bool {
+        matches!(self, Environment::Clear(_) | Environment::Constant(_))
+    }
+
     /// Radiance against `direction` (unit length), and alpha.
     pub fn radiance(&self, direction: Vec3, cone: Cone) -> Vec4 {
         let color = match self {

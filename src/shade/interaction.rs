@@ -22,14 +22,23 @@ pub struct Interaction<'a> {
     clearance: OnceCell<f32>,
 }
 
+/// Where a hit point is and how it lies: the part of it that needs arithmetic. [`super::points`] has it for many at a time.
+#[derive(Clone, Copy)]
+pub(super) struct Placement {
+    pub position: Vec3,
+    pub geometric_normal: Vec3,
+    pub normal: Vec3,
+    pub back_facing: bool,
+}
+
 /// Error bound of a secondary ray's origin in units of its position's magnitude: the roundings of interpolation, of
 /// the transformation and of its inverse. Half of it is already enough for the millions of rays of test R15.
-const CLEARANCE: f32 = 16.0 * (f32::EPSILON * 0.5);
+pub(super) const CLEARANCE: f32 = 16.0 * (f32::EPSILON * 0.5);
 
 /// Error bound of the triangle test's distance. The test weighs the corners' distances (up to the triangle's size
 /// apart) by areas whose error is ε·size², so the bound is in units of size × slenderness, size²/area. Twice what
 /// test R15 needs.
-const TEST_CLEARANCE: f32 = 4.0 * (f32::EPSILON * 0.5);
+pub(super) const TEST_CLEARANCE: f32 = 4.0 * (f32::EPSILON * 0.5);
 
 impl<'a> Interaction<'a> {
     /// `ray` must have a direction of unit length; `placed` and `mesh` are those of the instance that was hit.
@@ -40,7 +49,6 @@ impl<'a> Interaction<'a> {
         let weights = weights(hit.u, hit.v);
         let local = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
         let position = placed.world_from_object.transform_point3(local);
-        let cone = cone.advanced(hit.t);
 
         let (object_normal, _) = scaled_normal(&corners);
         let mut geometric_normal = placed.normal(object_normal).normalize_or(-ray.dir);
@@ -60,16 +68,33 @@ impl<'a> Interaction<'a> {
             normal = -normal;
         }
         normal = towards_viewer(normal, ray.dir);
+        let placement = Placement { position, geometric_normal, normal, back_facing };
+        Self::placed_at(placement, ray.dir, hit, placed, mesh, cone, depth)
+    }
 
+    /// As [`Interaction::new`], where the geometry of the point is known.
+    #[inline(always)]
+    pub(super) fn placed_at(
+        at: Placement,
+        incoming: Vec3,
+        hit: &Hit,
+        placed: &'a Placed,
+        mesh: &'a Mesh,
+        cone: Cone,
+        depth: u32,
+    ) -> Self {
+        let indices = mesh.triangles[hit.prim as usize].map(|i| i as usize);
+        let corners = indices.map(|i| mesh.positions[i]);
+        let (weights, [i0, i1, i2]) = (weights(hit.u, hit.v), indices);
         let mix2 = |values: &[Vec2]| values[i0] * weights[0] + values[i1] * weights[1] + values[i2] * weights[2];
         let mix4 = |values: &[Vec4]| values[i0] * weights[0] + values[i1] * weights[1] + values[i2] * weights[2];
         let tex_coord = if mesh.tex_coords.is_empty() { Vec2::ZERO } else { mix2(&mesh.tex_coords) };
         let color = if mesh.colors.is_empty() { Vec4::ONE } else { mix4(&mesh.colors) };
         let point = SurfacePoint {
-            position,
-            geometric_normal,
-            normal,
-            incoming: ray.dir,
+            position: at.position,
+            geometric_normal: at.geometric_normal,
+            normal: at.normal,
+            incoming,
             tex_coord,
             color,
             barycentric: Vec2::new(hit.u, hit.v),
@@ -77,10 +102,10 @@ impl<'a> Interaction<'a> {
             object: hit.object,
             instance: hit.instance,
             primitive: hit.prim,
-            back_facing,
+            back_facing: at.back_facing,
             depth,
         };
-        Self { point, cone, placed, mesh, corners, clearance: OnceCell::new() }
+        Self { point, cone: cone.advanced(hit.t), placed, mesh, corners, clearance: OnceCell::new() }
     }
 
     /// Area of texture space that the ray's cone covers, for choosing the mip level.
@@ -156,10 +181,12 @@ fn scaled_normal(corners: &[Vec3; 3]) -> (Vec3, f32) {
     ((edge1 * shrink).cross(edge2 * shrink), size)
 }
 
+/// Least cosine of the angle at which a shading normal meets the viewer's eye.
+pub(super) const GRAZING: f32 = 1e-3;
+
 /// A shading normal that the viewer cannot see (interpolated normals at a silhouette) is bent until it is just visible.
 #[inline]
 fn towards_viewer(n: Vec3, incoming: Vec3) -> Vec3 {
-    const GRAZING: f32 = 1e-3;
     let cosine = -n.dot(incoming);
     if cosine >= GRAZING { n } else { (n - incoming * (GRAZING - cosine)).normalize_or(-incoming) }
 }

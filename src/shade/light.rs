@@ -12,15 +12,15 @@ use std::f32::consts::TAU;
 use std::sync::Arc;
 
 pub struct Light {
-    shape: Shape,
-    color: Vec3,
+    pub(super) shape: Shape,
+    pub(super) color: Vec3,
     /// Divides by `x + y·d + z·d²`.
-    attenuation: Vec3,
+    pub(super) attenuation: Vec3,
     /// Points of the light that a shading point asks for.
     pub samples: u32,
 }
 
-enum Shape {
+pub(super) enum Shape {
     Point {
         position: Vec3,
     },

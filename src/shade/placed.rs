@@ -74,6 +74,17 @@ impl Placed {
         Vec3::from(if back.is_finite() { back.max(reach) } else { reach })
     }
 
+    /// Everything in numbers, for [`super::points`]: the matrix (four columns), the cofactors (three), then orientation, inverse
+    /// scale and stretch.
+    #[inline]
+    pub(super) fn numbers(&self) -> [f32; 24] {
+        let mut numbers = [0.0; 24];
+        numbers[..12].copy_from_slice(&self.world_from_object.to_cols_array());
+        numbers[12..21].copy_from_slice(&self.cofactor.to_cols_array());
+        numbers[21..].copy_from_slice(&[self.orientation, self.inverse_scale, self.stretch]);
+        numbers
+    }
+
     /// The largest factor by which a component of an object-space vector can grow.
     #[inline]
     pub fn stretch(&self) -> f32 {

@@ -106,7 +106,18 @@ impl<'a> ShadeScene<'a> {
     #[inline]
     pub fn surface(&self, hit: &Hit) -> &Surface {
         let name = self.mesh(hit.instance).shader_of_triangle.get(hit.prim as usize).copied().unwrap_or(0);
-        &self.surfaces[self.surface_of.get(name).unwrap_or(0) as usize]
+        self.numbered_surface(self.surface_number(name))
+    }
+
+    /// The number of a shader's surface.
+    #[inline]
+    pub(super) fn surface_number(&self, name: Name) -> u32 {
+        self.surface_of.get(name).unwrap_or(0)
+    }
+
+    #[inline]
+    pub(super) fn numbered_surface(&self, number: u32) -> &Surface {
+        &self.surfaces[number as usize]
     }
 
     #[inline(always)]
@@ -115,7 +126,7 @@ impl<'a> ShadeScene<'a> {
     }
 
     #[inline(always)]
-    fn placed(&self, instance: u32) -> &Placed {
+    pub(super) fn placed(&self, instance: u32) -> &Placed {
         let number = instance as usize;
         self.placed[number].get_or_init(|| Box::new(Placed::new(self.instances[number].world_from_object)))
     }

@@ -5,9 +5,9 @@ use crate::shade::footprint::Cone;
 use crate::shade::integrator::Integrator;
 use crate::shade::interaction::Interaction;
 use crate::shade::sampler::Rng;
-use crate::shade::samples::Batch;
+use crate::shade::samples::{Batch, Together};
 use crate::shade::shade_scene::ShadeScene;
-use crate::trace::{Hit, Ray, Tracer};
+use crate::trace::{Hit, PacketMemory, Ray, Tracer};
 use glam::{Vec3, Vec4};
 
 /// Rays by purpose.
@@ -54,8 +54,10 @@ pub struct Worker<'a> {
     pub(crate) seen: Option<Seen>,
     /// Bounces that the current sample may still send.
     pub(super) budget: u32,
-    /// What [`Worker::samples`] works in, kept from tile to tile.
-    pub(super) batch: Batch,
+    /// What [`Worker::samples`] works in, kept from packet to packet.
+    pub(super) memory: Option<PacketMemory>,
+    pub(super) batch: Option<Box<Batch>>,
+    pub(super) together: Option<Together>,
     /// Memory for parameter blocks of the user's shaders; one is taken per level of recursion and given back.
     pub(crate) scratch: Vec<Vec<u8>>,
 }
@@ -73,16 +75,20 @@ pub(super) const SHADOW_END: f32 = 1.0 - 1e-4;
 impl<'a> Worker<'a> {
     pub fn new(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>) -> Self {
         let rng = Rng::new(0, 0, 0);
-        Self {
+        let mut worker = Self {
             scene,
             tracer,
             counts: RayCounts::default(),
             rng,
             seen: None,
             budget: 0,
-            batch: Batch::default(),
+            memory: None,
+            batch: None,
+            together: None,
             scratch: Vec::new(),
-        }
+        };
+        worker.together = worker.find_together();
+        worker
     }
 
     /// Radiance along `ray`, whose closest hit is known: RGB multiplied by coverage, and coverage.
