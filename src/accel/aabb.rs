@@ -108,12 +108,12 @@ pub fn least_area(bounds: &Aabb) -> f32 {
 }
 
 /// Share of the square of its largest side that a triangle must be seen with.
-const LEAST_SEEN: f32 = 1.0 / 64.0;
+pub(crate) const LEAST_SEEN: f32 = 1.0 / 64.0;
 
 /// A triangle's box is padded by 4 ulps of its largest side,
-pub(super) const PAD_EXTENT: f32 = 1.0 / (1 << 22) as f32;
+pub(crate) const PAD_EXTENT: f32 = 1.0 / (1 << 22) as f32;
 /// by at least one ulp of the coordinate, so that no corner lies on a side of the box (a ray in that side's plane has a
 /// reciprocal direction of `f32::MAX`, and 0 times that would end the slab at 0, before the hit),
-pub(super) const PAD_ULP: f32 = 1.0 / (1 << 23) as f32;
+pub(crate) const PAD_ULP: f32 = 1.0 / (1 << 23) as f32;
 /// and by a few denormals, for meshes of denormal size.
-pub(super) const PAD_ABSOLUTE: f32 = f32::MIN_POSITIVE / (1 << 16) as f32;
+pub(crate) const PAD_ABSOLUTE: f32 = f32::MIN_POSITIVE / (1 << 16) as f32;

@@ -39,6 +39,7 @@ mod validate;
 mod vertex_box;
 
 pub use aabb::{Aabb, MAX_COORDINATE, least_area, triangle_bounds};
+pub(crate) use aabb::{LEAST_SEEN, PAD_ABSOLUTE, PAD_EXTENT, PAD_ULP};
 pub use bsp::{BSP_MAX_DEPTH, Bsp, BspNode, BspTree};
 pub use bsp_build::Quality;
 pub use build_fast::build_fast;

@@ -24,7 +24,7 @@ pub use dispatch::{Kernel, run};
 pub use level::Level;
 pub use memory::{components, prefer_huge_pages, prefetch};
 pub use scalar::Scalar;
-pub use vector::{Isa, Vector};
+pub use vector::{Eight, Isa, Vector};
 pub use wide::{LANES, Proof, Wide, Wide3, WideKernel, run_wide};
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Avx2, Avx512, Sse41};

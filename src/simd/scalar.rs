@@ -1,6 +1,6 @@
 //! Vectors in plain Rust: what runs where there is no better, and the reference for all others.
 
-use super::{Isa, Vector};
+use super::{Eight, Isa, Vector};
 use std::array;
 
 /// The instruction set that every processor has.
@@ -15,6 +15,8 @@ impl Isa for Scalar {
     type F4 = Lanes<4>;
     type F8 = Lanes<8>;
 }
+
+impl Eight for Lanes<8> {}
 
 impl<const N: usize> Lanes<N> {
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Every operation of every instruction set against plain Rust, on values that tell them apart.
 
 use super::skip::skipped;
-use super::{Isa, Level, Scalar, Vector};
+use super::{Eight, Isa, Level, Scalar, Vector};
 
 /// Signed zeros, denormals, infinities, NaN and neighbours; products and sums of these round in every way.
 const VALUES: [f32; 16] = [
@@ -62,34 +62,59 @@ unsafe fn all<V: Vector<Array = [f32; N]>, const N: usize>(a: [f32; N], b: [f32;
     }
 }
 
-type Four = ([[u32; 4]; 11], [u32; 2]);
-type Eight = ([[u32; 8]; 11], [u32; 2]);
+type OfFour = ([[u32; 4]; 11], [u32; 2]);
+type OfEight = ([[u32; 8]; 11], [u32; 2]);
+/// Eight rows transposed, and the least and the greatest of a row.
+type Shuffled = ([[u32; 8]; 8], [u32; 2]);
 
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-unsafe fn both<I: Isa>(a: [f32; 8], b: [f32; 8]) -> (Four, Eight) {
+unsafe fn both<I: Isa>(a: [f32; 8], b: [f32; 8]) -> (OfFour, OfEight, Shuffled) {
     let half = |x: [f32; 8]| [x[0], x[1], x[2], x[3]];
     // SAFETY: the caller's promise.
-    unsafe { (all::<I::F4, 4>(half(a), half(b)), all::<I::F8, 8>(a, b)) }
+    unsafe { (all::<I::F4, 4>(half(a), half(b)), all::<I::F8, 8>(a, b), shuffled::<I::F8>(a, b)) }
 }
 
-fn at_level(level: Level, a: [f32; 8], b: [f32; 8]) -> (Four, Eight) {
+/// # Safety
+/// - The processor has the instruction set of `V`.
+#[inline(always)]
+unsafe fn shuffled<V: Eight>(a: [f32; 8], b: [f32; 8]) -> Shuffled {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let mut rows = [V::load(&a); 8];
+        for (k, row) in rows.iter_mut().enumerate() {
+            let turned = if k % 2 == 0 { a } else { b };
+            *row = V::load(&std::array::from_fn(|i| turned[(i + k) % 8]));
+        }
+        let mut columns = [[0; 8]; 8];
+        for (to, column) in columns.iter_mut().zip(V::transpose(rows)) {
+            let mut lanes = [0.0; 8];
+            column.store(&mut lanes);
+            *to = bits(lanes);
+        }
+        // Without NaN, and with one zero.
+        let row = V::load(&b.map(|x| if x.is_nan() || x == 0.0 { 0.25 } else { x }));
+        (columns, [row.least().to_bits(), row.greatest().to_bits()])
+    }
+}
+
+fn at_level(level: Level, a: [f32; 8], b: [f32; 8]) -> (OfFour, OfEight, Shuffled) {
     #[cfg(target_arch = "x86_64")]
     {
         use super::{Avx2, Avx512, Sse41};
         #[target_feature(enable = "sse4.1")]
-        fn sse41(a: [f32; 8], b: [f32; 8]) -> (Four, Eight) {
+        fn sse41(a: [f32; 8], b: [f32; 8]) -> (OfFour, OfEight, Shuffled) {
             // SAFETY: this function has the features.
             unsafe { both::<Sse41>(a, b) }
         }
         #[target_feature(enable = "avx2,fma")]
-        fn avx2(a: [f32; 8], b: [f32; 8]) -> (Four, Eight) {
+        fn avx2(a: [f32; 8], b: [f32; 8]) -> (OfFour, OfEight, Shuffled) {
             // SAFETY: this function has the features.
             unsafe { both::<Avx2>(a, b) }
         }
         #[target_feature(enable = "avx2,avx512f,avx512vl,fma")]
-        fn avx512(a: [f32; 8], b: [f32; 8]) -> (Four, Eight) {
+        fn avx512(a: [f32; 8], b: [f32; 8]) -> (OfFour, OfEight, Shuffled) {
             // SAFETY: this function has the features.
             unsafe { both::<Avx512>(a, b) }
         }
@@ -145,4 +170,17 @@ fn scalar_min_and_max_give_the_second_operand_for_nan() {
         assert!(stored(V::load(&one).max(V::load(&nan))).is_nan());
         assert_eq!(V::load(&nan).le(V::load(&one)) | V::load(&nan).lt(V::load(&nan)), 0);
     }
+}
+
+#[test]
+fn scalar_rows_become_columns() {
+    let a = std::array::from_fn(|i| i as f32);
+    let b = std::array::from_fn(|i| (10 + i) as f32);
+    // SAFETY: every processor has the scalar set.
+    let (columns, ends) = unsafe { shuffled::<<Scalar as Isa>::F8>(a, b) };
+    for (i, column) in columns.into_iter().enumerate() {
+        let expected = std::array::from_fn(|k| ((i + k) % 8 + 10 * (k % 2)) as f32);
+        assert_eq!(column, bits(expected), "column {i}");
+    }
+    assert_eq!(ends.map(f32::from_bits), [10.0, 17.0]);
 }

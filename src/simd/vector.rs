@@ -3,7 +3,7 @@
 /// An instruction set: its 4-wide vector (triangle blocks) and its 8-wide one (nodes).
 pub trait Isa: Copy {
     type F4: Vector<Array = [f32; 4]>;
-    type F8: Vector<Array = [f32; 8]>;
+    type F8: Eight;
 }
 
 /// Lanes of `f32`. Every operation is the IEEE one in each lane, so all implementations agree bit for bit.
@@ -46,4 +46,43 @@ pub trait Vector: Copy {
     unsafe fn le(self, other: Self) -> u32;
     /// Bit `i` is set where lane `i` of `self < other`; false for NaN.
     unsafe fn lt(self, other: Self) -> u32;
+}
+
+/// What only vectors of eight lanes are asked.
+pub trait Eight: Vector<Array = [f32; 8]> {
+    /// The least of the lanes, none of which is NaN.
+    #[inline(always)]
+    unsafe fn least(self) -> f32 {
+        let mut lanes = [0.0; 8];
+        // SAFETY: the caller's promise.
+        unsafe { self.store(&mut lanes) };
+        lanes.into_iter().fold(f32::INFINITY, |least, lane| if lane < least { lane } else { least })
+    }
+
+    /// The greatest of the lanes, none of which is NaN.
+    #[inline(always)]
+    unsafe fn greatest(self) -> f32 {
+        let mut lanes = [0.0; 8];
+        // SAFETY: the caller's promise.
+        unsafe { self.store(&mut lanes) };
+        lanes.into_iter().fold(f32::NEG_INFINITY, |most, lane| if lane > most { lane } else { most })
+    }
+
+    /// Lane `i` of row `k` becomes lane `k` of row `i`.
+    #[inline(always)]
+    unsafe fn transpose(rows: [Self; 8]) -> [Self; 8] {
+        let (mut from, mut to) = ([[0.0; 8]; 8], rows);
+        // SAFETY: the caller's promise.
+        unsafe {
+            for (row, array) in rows.into_iter().zip(&mut from) {
+                row.store(array);
+            }
+            for (i, row) in to.iter_mut().enumerate() {
+                *row = Self::load(&[
+                    from[0][i], from[1][i], from[2][i], from[3][i], from[4][i], from[5][i], from[6][i], from[7][i],
+                ]);
+            }
+        }
+        to
+    }
 }

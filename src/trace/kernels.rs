@@ -3,24 +3,26 @@
 //! A shell carries the `#[target_feature]`; the generic kernel inlines into it. Calls go through function pointers, per
 //! object and ray or per batch, never per node.
 
+use super::one_ray::OneRay;
 use super::packet::{Found, Packet};
 use super::packet_batch::trace_many;
+use super::packet_object::traverse_object;
 use super::packet_query::{RayPacket, trace_packet};
 use super::packet_scene::Scratch;
 use super::traverse_bvh::{SlabLanes, traverse};
 use super::traverse_lazy::{self, At};
-use super::triangle4::RayLanes;
+use super::triangle4::{Edges, RayLanes, resolve};
 use super::{Hit, PreparedRay, Ray, traverse_top_bvh};
-use crate::accel::{Bvh, LazyBvh, TopLevelBvh, TwoLevel};
-use crate::simd::{Level, Scalar};
+use crate::accel::{Bvh, LazyBvh, TopLevelBvh, Tri4, TwoLevel};
+use crate::simd::{Isa, Level, Scalar};
 
 type Intersect = unsafe fn(&Bvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
 type Occluded = unsafe fn(&Bvh, &PreparedRay) -> bool;
 type Lazy = unsafe fn(&LazyBvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
 type LazyPacket = unsafe fn(&LazyBvh, usize, &Packet, u64, u32, u32, &mut Found);
 type Scene = unsafe fn(&TwoLevel, &TopLevelBvh, &PreparedRay, &mut Hit) -> bool;
-type IntersectMany = unsafe fn(&TwoLevel, &[Ray], &mut [Option<Hit>]);
-type OccludedMany = unsafe fn(&TwoLevel, &[Ray], &mut [bool]);
+type IntersectMany = unsafe fn(&TwoLevel, &[Ray], &mut [Option<Hit>]) -> bool;
+type OccludedMany = unsafe fn(&TwoLevel, &[Ray], &mut [bool]) -> bool;
 type PacketQuery = unsafe fn(&TwoLevel, &RayPacket, u64, &mut Scratch) -> u64;
 
 /// The kernels of one level. Holding one proves that the processor can run them.
@@ -39,6 +41,36 @@ pub struct Kernels {
     pub(super) occluded_many: OccludedMany,
     pub(super) intersect_packet: PacketQuery,
     pub(super) occluded_packet: PacketQuery,
+}
+
+/// The shells within: parts of the kernels that are functions of their own. The loops around them keep their registers, and code that is
+/// called from several places is compiled once. (Kernels called by each other's generic code cannot be plain functions: those would lack the
+/// instruction set.)
+pub(super) trait Shells: Isa {
+    /// See [`resolve`]; `numbers` are those of the object and of the instance.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set.
+    unsafe fn resolve<const ANY: bool, R: OneRay>(
+        ray: R,
+        block: &Tri4,
+        candidates: u32,
+        edges: &Edges<Self>,
+        numbers: (u32, u32),
+        best: &mut Hit,
+    ) -> bool;
+
+    /// One ray through one object: see [`traverse`].
+    ///
+    /// # Safety
+    /// - The processor has the instruction set.
+    unsafe fn one<const ANY: bool>(bvh: &Bvh, ray: &PreparedRay, numbers: (u32, u32), best: &mut Hit) -> bool;
+
+    /// A packet through one object: see [`traverse_object`].
+    ///
+    /// # Safety
+    /// - The processor has the instruction set.
+    unsafe fn packet<const ANY: bool>(bvh: &Bvh, packet: &Packet, mask: u64, numbers: (u32, u32), found: &mut Found);
 }
 
 /// Writes the shells of one instruction set as a module.
@@ -85,7 +117,7 @@ macro_rules! shells {
             /// # Safety
             /// - The processor has the features named.
             $(#[target_feature(enable = $feature)])*
-            unsafe fn intersect_many(world: &TwoLevel, rays: &[Ray], hits: &mut [Option<Hit>]) {
+            unsafe fn intersect_many(world: &TwoLevel, rays: &[Ray], hits: &mut [Option<Hit>]) -> bool {
                 // SAFETY: the caller's promise.
                 unsafe { trace_many::<$isa, false>(world, &KERNELS, rays, |i, hit| hits[i] = hit) }
             }
@@ -106,7 +138,7 @@ macro_rules! shells {
             /// # Safety
             /// - The processor has the features named.
             $(#[target_feature(enable = $feature)])*
-            unsafe fn occluded_many(world: &TwoLevel, rays: &[Ray], answers: &mut [bool]) {
+            unsafe fn occluded_many(world: &TwoLevel, rays: &[Ray], answers: &mut [bool]) -> bool {
                 // SAFETY: the caller's promise.
                 unsafe { trace_many::<$isa, true>(world, &KERNELS, rays, |i, hit| answers[i] = hit.is_some()) }
             }
@@ -177,6 +209,75 @@ macro_rules! shells {
             unsafe fn occluded_packet(world: &TwoLevel, rays: &RayPacket, mask: u64, scratch: &mut Scratch) -> u64 {
                 // SAFETY: the caller's promise.
                 unsafe { trace_packet::<$isa, true>(world, &KERNELS, rays, mask, scratch) }
+            }
+
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
+            #[inline(never)]
+            unsafe fn resolve_shell<const ANY: bool, R: OneRay>(
+                ray: R,
+                block: &Tri4,
+                candidates: u32,
+                edges: &Edges<$isa>,
+                (object, instance): (u32, u32),
+                best: &mut Hit,
+            ) -> bool {
+                // SAFETY: the caller's promise.
+                unsafe { resolve::<$isa, ANY, R>(ray, block, candidates, edges, object, instance, best) }
+            }
+
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
+            #[inline(never)]
+            unsafe fn object_shell<const ANY: bool>(
+                bvh: &Bvh,
+                packet: &Packet,
+                mask: u64,
+                (object, instance): (u32, u32),
+                found: &mut Found,
+            ) {
+                // SAFETY: the caller's promise.
+                unsafe { traverse_object::<$isa, ANY>(bvh, packet, mask, object, instance, found) }
+            }
+
+            impl Shells for $isa {
+                #[inline(always)]
+                unsafe fn resolve<const ANY: bool, R: OneRay>(
+                    ray: R,
+                    block: &Tri4,
+                    candidates: u32,
+                    edges: &Edges<$isa>,
+                    numbers: (u32, u32),
+                    best: &mut Hit,
+                ) -> bool {
+                    // SAFETY: the caller's promise.
+                    unsafe { resolve_shell::<ANY, R>(ray, block, candidates, edges, numbers, best) }
+                }
+
+                #[inline(always)]
+                unsafe fn one<const ANY: bool>(
+                    bvh: &Bvh,
+                    ray: &PreparedRay,
+                    (object, instance): (u32, u32),
+                    best: &mut Hit,
+                ) -> bool {
+                    // SAFETY: the caller's promise.
+                    unsafe { if ANY { occluded(bvh, ray) } else { intersect(bvh, ray, object, instance, best) } }
+                }
+
+                #[inline(always)]
+                unsafe fn packet<const ANY: bool>(
+                    bvh: &Bvh,
+                    packet: &Packet,
+                    mask: u64,
+                    numbers: (u32, u32),
+                    found: &mut Found,
+                ) {
+                    // SAFETY: the caller's promise.
+                    unsafe { object_shell::<ANY>(bvh, packet, mask, numbers, found) }
+                }
             }
 
             pub(super) static KERNELS: Kernels = Kernels {

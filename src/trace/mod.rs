@@ -10,6 +10,7 @@ pub mod triangle;
 
 mod hit;
 mod kernels;
+mod one_ray;
 mod packet;
 mod packet_batch;
 mod packet_boxes;

@@ -8,7 +8,7 @@ use super::packet_query::RayPacket;
 use super::tracer::USUAL_LENGTH;
 use super::{Hit, PreparedRay, Ray, ray::MIN_DIRECTION};
 use crate::accel::MAX_COORDINATE;
-use crate::simd::{Isa, Vector};
+use crate::simd::{Eight, Isa, Vector};
 use glam::{Affine3A, Vec3};
 
 /// Rays per SIMD vector.
@@ -132,25 +132,30 @@ impl Packet {
         let count = which.len();
         assert!((1..=RAYS).contains(&count), "a packet has 1 to 64 rays");
         let last = which[count - 1];
-        for slot in 0..count.next_multiple_of(LANES) {
-            let ray = &rays[usize::from(*which.get(slot).unwrap_or(&last))];
-            let (g, l) = (slot / LANES, slot % LANES);
-            for k in 0..3 {
-                self.org[k][g][l] = ray.org[k];
-                self.dir[k][g][l] = ray.dir[k];
+        for (g, run) in which.chunks(LANES).enumerate() {
+            let ray = |l: usize| &rays[usize::from(*run.get(l).unwrap_or(&last))];
+            // SAFETY: the caller's promise.
+            unsafe {
+                let mut rows = [I::F8::splat(0.0); LANES];
+                for (l, row) in rows.iter_mut().enumerate() {
+                    *row = I::F8::load(&ray(l).numbers());
+                }
+                let [ox, oy, oz, tmin, dx, dy, dz, tmax] = I::F8::transpose(rows);
+                for (k, (org, dir)) in [(ox, dx), (oy, dy), (oz, dz)].into_iter().enumerate() {
+                    org.store(&mut self.org[k][g]);
+                    dir.store(&mut self.dir[k][g]);
+                }
+                // NaN gives 0, the second operand.
+                tmin.max(I::F8::splat(0.0)).store(&mut self.tmin[g]);
+                tmax.store(&mut found.t[g]);
             }
-            self.tmin[g][l] = ray.tmin;
-            found.t[g][l] = ray.tmax;
-            found.hits[slot] = Hit::none(ray.tmax);
+            for (hit, &tmax) in found.hits[LANES * g..][..LANES].iter_mut().zip(&found.t[g]) {
+                *hit = Hit::none(tmax);
+            }
         }
         let mask = u64::MAX >> (RAYS - count);
         // SAFETY: the caller's promise.
         unsafe {
-            for g in groups(mask) {
-                // NaN gives 0, the second operand.
-                let tmin = I::F8::load(&self.tmin[g]).max(I::F8::splat(0.0));
-                tmin.store(&mut self.tmin[g]);
-            }
             self.prepare::<I>(mask);
             let mut interval = 0;
             for g in groups(mask) {

@@ -10,7 +10,7 @@
 use super::SLAB_PAD;
 use super::packet::{Found, GROUPS, LANES, Packet, Rows, bits, groups};
 use crate::accel::{Aabb, Node8, WIDTH};
-use crate::simd::{Isa, Vector};
+use crate::simd::{Eight, Isa, Vector};
 
 /// What box tests read of a packet. In the world, near planes are seen from an origin moved forward and far ones from one moved back (see
 /// `traverse_scene`); in an object's space both are the origin.
@@ -29,8 +29,11 @@ pub(super) struct Bounds<I: Isa> {
     least_inv: [I::F8; 3],
     most_inv: [I::F8; 3],
     tmin: I::F8,
+    tmin_most: I::F8,
     /// Rows of [`Node8::bounds`] with the near planes; the far ones are the other of each pair.
     pub near: [usize; 3],
+    /// All rays begin at one point.
+    common: bool,
 }
 
 impl<I: Isa> Bounds<I> {
@@ -41,40 +44,55 @@ impl<I: Isa> Bounds<I> {
         // SAFETY: the caller's promise.
         unsafe {
             let zero = [I::F8::splat(0.0); 3];
+            let mut common = true;
             let (mut near_org, mut far_org, mut least_inv, mut most_inv) = (zero, zero, zero, zero);
             for k in 0..3 {
                 let near = range::<I>(&slabs.near_org[k], mask);
-                let far = range::<I>(&slabs.far_org[k], mask);
+                let same = std::ptr::eq(slabs.near_org, slabs.far_org);
+                let far = if same { near } else { range::<I>(&slabs.far_org[k], mask) };
+                common &= near.0 == near.1 && far.0 == far.1;
                 near_org[k] = I::F8::splat(if down[k] { near.0 } else { near.1 });
                 far_org[k] = I::F8::splat(if down[k] { far.1 } else { far.0 });
                 let (least, most) = range::<I>(&slabs.inv_dir[k], mask);
                 (least_inv[k], most_inv[k]) = (I::F8::splat(least), I::F8::splat(most));
             }
-            let tmin = I::F8::splat(range::<I>(slabs.tmin, mask).0);
+            let (tmin, tmin_most) = range::<I>(slabs.tmin, mask);
+            let (tmin, tmin_most) = (I::F8::splat(tmin), I::F8::splat(tmin_most));
             let near = [usize::from(down[0]), 2 + usize::from(down[1]), 4 + usize::from(down[2])];
-            Self { near_org, far_org, least_inv, most_inv, tmin, near }
+            Self { near_org, far_org, least_inv, most_inv, tmin, tmin_most, near, common }
         }
     }
 
-    /// The children that some ray may enter, and where the first of them would.
+    /// The children that some ray may enter, those that every ray enters for sure (asked only of rays with one origin), and where the first would.
+    /// Best distances are from `least` to `most`.
     ///
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    pub(super) unsafe fn test(&self, node: &Node8, farthest: I::F8) -> (u32, [f32; WIDTH]) {
+    pub(super) unsafe fn test(&self, node: &Node8, least: I::F8, most: I::F8) -> (u32, u32, [f32; WIDTH]) {
         // SAFETY: the caller's promise; rows are below 6 by construction, and `^ 1` stays inside their pairs.
         unsafe {
             let (mut enter, mut exit) = (self.tmin, I::F8::splat(f32::INFINITY));
+            let (mut last_enter, mut first_exit) = (self.tmin_most, exit);
             for k in 0..3 {
                 let row = self.near[k];
                 let near = I::F8::load(node.bounds.get_unchecked(row)).sub(self.near_org[k]);
                 let far = I::F8::load(node.bounds.get_unchecked(row ^ 1)).sub(self.far_org[k]);
-                enter = near.mul(self.least_inv[k]).min(near.mul(self.most_inv[k])).max(enter);
-                exit = far.mul(self.least_inv[k]).max(far.mul(self.most_inv[k])).min(exit);
+                let (near_a, near_b) = (near.mul(self.least_inv[k]), near.mul(self.most_inv[k]));
+                let (far_a, far_b) = (far.mul(self.least_inv[k]), far.mul(self.most_inv[k]));
+                enter = near_a.min(near_b).max(enter);
+                exit = far_a.max(far_b).min(exit);
+                if self.common {
+                    last_enter = near_a.max(near_b).max(last_enter);
+                    first_exit = far_a.min(far_b).min(first_exit);
+                }
             }
             let mut distance = [0.0; WIDTH];
             enter.store(&mut distance);
-            (enter.le(exit.min(farthest).mul(I::F8::splat(SLAB_PAD))), distance)
+            let pad = I::F8::splat(SLAB_PAD);
+            let some = enter.le(exit.min(most).mul(pad));
+            let all = if self.common { last_enter.le(first_exit.min(least).mul(pad)) } else { 0 };
+            (some, all, distance)
         }
     }
 }
@@ -95,34 +113,25 @@ unsafe fn range<I: Isa>(rows: &[[f32; LANES]; GROUPS], mask: u64) -> (f32, f32) 
             least = least.min(row.select_bits(none_least, here));
             most = most.max(row.select_bits(none_most, here));
         }
-        let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
-        least.store(&mut low);
-        most.store(&mut high);
-        // No NaN here; plain comparisons are one instruction each.
-        let (mut least, mut most) = (low[0], high[0]);
-        for l in 1..LANES {
-            least = if low[l] < least { low[l] } else { least };
-            most = if high[l] > most { high[l] } else { most };
-        }
-        (least, most)
+        (least.least(), most.greatest())
     }
 }
 
-/// The greatest distance that a ray of `mask` still looks at.
+/// Bounds of the distances that the rays of `mask` still look at.
 ///
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-pub(super) unsafe fn greatest<I: Isa>(found: &Found, mask: u64) -> f32 {
+pub(super) unsafe fn best_range<I: Isa>(found: &Found, mask: u64) -> (f32, f32) {
     // SAFETY: the caller's promise.
     unsafe {
-        let mut most = I::F8::splat(0.0);
+        let (mut least, mut most) = (I::F8::splat(f32::INFINITY), I::F8::splat(0.0));
+        // Lanes out of the mask only widen the bounds.
         for g in groups(mask) {
-            most = most.max(I::F8::load(&found.t[g]));
+            let row = I::F8::load(&found.t[g]);
+            (least, most) = (least.min(row), most.max(row));
         }
-        let mut lanes = [0.0; LANES];
-        most.store(&mut lanes);
-        lanes.into_iter().fold(0.0, |most, t| if t > most { t } else { most })
+        (least.least(), most.greatest())
     }
 }
 

@@ -1,14 +1,15 @@
 //! A packet of rays through the 8-wide tree of one object.
 
 use super::Hit;
+use super::kernels::Shells;
+use super::one_ray::InPacket;
 use super::packet::{Found, GROUPS, LANES, Packet};
 use super::packet_boxes::Slabs;
 use super::packet_triangles::intersect_leaf;
-use super::traverse_bvh::{SlabLanes, traverse_below};
+use super::traverse_bvh::traverse_below;
 use super::traverse_packet::{Leaves, traverse_packet};
-use super::triangle4::RayLanes;
 use crate::accel::{Bvh, ChildRef};
-use crate::simd::{Isa, prefetch};
+use crate::simd::prefetch;
 
 /// The triangles of one object, as seen by a packet in its space.
 struct Triangles<'a, const ANY: bool> {
@@ -24,7 +25,7 @@ struct Triangles<'a, const ANY: bool> {
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-pub(super) unsafe fn traverse_object<I: Isa, const ANY: bool>(
+pub(super) unsafe fn traverse_object<I: Shells, const ANY: bool>(
     bvh: &Bvh,
     packet: &Packet,
     mask: u64,
@@ -41,7 +42,7 @@ pub(super) unsafe fn traverse_object<I: Isa, const ANY: bool>(
     unsafe { traverse_packet::<I, _>(bvh.nodes(), &slabs, &packet.negative, mask, &mut triangles, found) }
 }
 
-impl<I: Isa, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
+impl<I: Shells, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
     const FEW: u32 = 2;
 
     #[inline(always)]
@@ -70,16 +71,15 @@ impl<I: Isa, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
         let tmax = *t;
         // SAFETY: the caller's promise.
         unsafe {
-            let lanes = (SlabLanes::<I>::of_packet(packet, r), RayLanes::<I>::of_packet(packet, r));
-            let ray = || packet.ray(r, tmax);
+            let ray = InPacket::new(packet, r);
             if ANY {
                 let none = &mut Hit::none(tmax);
-                if traverse_below::<I, true, _>(bvh, child, &lanes, ray, object, instance, none) {
+                if traverse_below::<I, true>(bvh, child, ray, object, instance, none) {
                     found.open &= !(1 << r);
                 }
             } else {
                 let best = &mut found.hits[r];
-                if traverse_below::<I, false, _>(bvh, child, &lanes, ray, object, instance, best) {
+                if traverse_below::<I, false>(bvh, child, ray, object, instance, best) {
                     *t = best.t;
                 }
             }

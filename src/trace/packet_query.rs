@@ -4,12 +4,12 @@
 //! batch of single rays ([`super::packet_batch`]) sorts by octant is here split by octant on the way through the trees, so the
 //! directions of a packet should mostly have the same signs.
 
+use super::kernels::Shells;
 use super::packet::{LANES, Packet, RAYS, Rows};
 use super::packet_scene::{Scratch, traverse};
 use super::tracer::WORTH_A_PACKET;
 use super::{Hit, Kernels, Ray, Tracer};
 use crate::accel::TwoLevel;
-use crate::simd::Isa;
 use glam::Vec3;
 
 /// Up to 64 rays that begin at their origins (`tmin` 0). Ray `r` is lane `r % 8` of row `r / 8`.
@@ -115,7 +115,7 @@ impl Tracer<'_> {
 /// # Safety
 /// - The processor has the instruction set `I`, and `kernels` are its own.
 #[inline(always)]
-pub(super) unsafe fn trace_packet<I: Isa, const ANY: bool>(
+pub(super) unsafe fn trace_packet<I: Shells, const ANY: bool>(
     world: &TwoLevel,
     kernels: &Kernels,
     rays: &RayPacket,

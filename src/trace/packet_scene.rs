@@ -5,9 +5,9 @@
 //! object's own box, split where the signs of their directions differ now, and go on as a packet.
 //! With the BSP as top level each ray goes alone: its cells cut a packet into pieces, each with an interval per ray.
 
+use super::kernels::Shells;
 use super::packet::{Found, GROUPS, LANES, Packet, Rows, bits, groups};
 use super::packet_boxes::{Slabs, enters_box};
-use super::packet_object::traverse_object;
 use super::traverse_packet::{Leaves, traverse_packet};
 use super::{Hit, Kernels, PreparedRay, traverse_bsp, traverse_grid, traverse_scene};
 use crate::accel::{ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh, TwoLevel};
@@ -42,7 +42,7 @@ impl Scratch {
 /// # Safety
 /// - The processor has the instruction set `I`, and `kernels` are its own.
 #[inline(always)]
-pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(world: &TwoLevel, kernels: &Kernels, scratch: &mut Scratch) {
+pub(super) unsafe fn traverse<I: Shells, const ANY: bool>(world: &TwoLevel, kernels: &Kernels, scratch: &mut Scratch) {
     // SAFETY: the caller's promise.
     unsafe {
         match world.top_level() {
@@ -67,7 +67,7 @@ fn alone<const ANY: bool>(world: &TwoLevel, kernels: &Kernels, scratch: &mut Scr
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-unsafe fn through_tree<I: Isa, const ANY: bool>(world: &TwoLevel, tree: &TopLevelBvh, scratch: &mut Scratch) {
+unsafe fn through_tree<I: Shells, const ANY: bool>(world: &TwoLevel, tree: &TopLevelBvh, scratch: &mut Scratch) {
     let Scratch { world: rays, local, near_org, far_org, found } = scratch;
     let mut instances = Instances::<ANY> { world, refs: tree.refs(), rays, local };
     // SAFETY: the caller's promise; a `TopLevelBvh` that is not empty is a tree (by its construction).
@@ -76,6 +76,10 @@ unsafe fn through_tree<I: Isa, const ANY: bool>(world: &TwoLevel, tree: &TopLeve
             instances.visit::<I>(&world.instances()[index as usize], found.open, found);
         }
         if tree.is_empty() || found.open == 0 {
+            return;
+        }
+        if let [only] = *tree.refs() {
+            instances.visit::<I>(&world.instances()[only as usize], found.open, found);
             return;
         }
         move_origins::<I>(world, instances.rays, near_org, far_org);
@@ -126,7 +130,7 @@ impl<const ANY: bool> Instances<'_, ANY> {
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    unsafe fn visit<I: Isa>(&mut self, record: &InstanceRecord, mask: u64, found: &mut Found) {
+    unsafe fn visit<I: Shells>(&mut self, record: &InstanceRecord, mask: u64, found: &mut Found) {
         let Self { world, rays, ref mut local, .. } = *self;
         // SAFETY: the caller's promise.
         unsafe {
@@ -147,7 +151,7 @@ impl<const ANY: bool> Instances<'_, ANY> {
             };
             match world.objects()[record.slot as usize].structure() {
                 Structure::Bvh(bvh) => {
-                    traverse_object::<I, ANY>(bvh, packet, mask, record.object, record.instance, found);
+                    I::packet::<ANY>(bvh, packet, mask, (record.object, record.instance), found);
                 }
                 Structure::Bsp(bsp) => one_by_one::<ANY>(packet, mask, found, |ray, best| match best {
                     Some(best) => traverse_bsp::intersect(bsp, ray, record.object, record.instance, best),
@@ -172,7 +176,7 @@ impl<const ANY: bool> Instances<'_, ANY> {
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-unsafe fn through_merged<I: Isa, const ANY: bool>(merged: &Merged, rays: &Packet, mask: u64, found: &mut Found) {
+unsafe fn through_merged<I: Shells, const ANY: bool>(merged: &Merged, rays: &Packet, mask: u64, found: &mut Found) {
     // Numbers mean nothing yet in this tree, so hits as far away as the best one count.
     let before = found.hits;
     if !ANY {
@@ -181,7 +185,7 @@ unsafe fn through_merged<I: Isa, const ANY: bool>(merged: &Merged, rays: &Packet
         }
     }
     // SAFETY: the caller's promise.
-    unsafe { traverse_object::<I, ANY>(merged.bvh(), rays, mask, 0, u32::MAX, found) };
+    unsafe { I::packet::<ANY>(merged.bvh(), rays, mask, (0, u32::MAX), found) };
     if !ANY {
         for r in bits(mask) {
             let own = found.hits[r];
@@ -214,7 +218,7 @@ fn one_by_one<const ANY: bool>(
     }
 }
 
-impl<I: Isa, const ANY: bool> Leaves<I> for Instances<'_, ANY> {
+impl<I: Shells, const ANY: bool> Leaves<I> for Instances<'_, ANY> {
     /// To visit an instance costs more than what a kernel for one ray would save on the way to it.
     const FEW: u32 = 0;
 

@@ -8,13 +8,15 @@
 //!
 //! The dense test permutes the axes of all 8 rays alike, so it is run for each axis on which some of them are longest.
 
+use super::kernels::Shells;
+use super::one_ray::InPacket;
 use super::packet::{Found, LANES, Packet, bits, groups, groups_of, splat3};
-use super::triangle4::{RayLanes, edges4, resolve};
+use super::triangle4::{RayLanes, edges4};
 use super::{Hit, SLAB_PAD, triangle};
 use crate::accel::{BLOCK, Tri4, least_area, triangle_bounds};
 use crate::simd::{Isa, Vector};
 
-/// Rays per group from which the dense way is the cheaper one.
+/// Rays per vector of rays that are longest on the same axis, from which the dense way is the cheaper one.
 const DENSE: u32 = 3;
 
 /// Tests the rays in `mask`, whose directions are below 0 on the axes of `down`, against the blocks of a leaf. With `ANY`, rays that hit something leave `found.open`;
@@ -23,7 +25,7 @@ const DENSE: u32 = 3;
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-pub(super) unsafe fn intersect_leaf<I: Isa, const ANY: bool>(
+pub(super) unsafe fn intersect_leaf<I: Shells, const ANY: bool>(
     packet: &Packet,
     mask: u64,
     down: [bool; 3],
@@ -33,7 +35,11 @@ pub(super) unsafe fn intersect_leaf<I: Isa, const ANY: bool>(
     found: &mut Found,
 ) -> bool {
     let mut any = false;
-    let dense = mask.count_ones() >= DENSE * groups_of(mask).count_ones();
+    let mut vectors = 0;
+    for of_axis in &packet.dominant {
+        vectors += groups_of(mask & of_axis).count_ones();
+    }
+    let dense = mask.count_ones() >= DENSE * vectors;
     for block in blocks {
         let mask = if ANY { mask & found.open } else { mask };
         if dense {
@@ -55,7 +61,7 @@ pub(super) unsafe fn intersect_leaf<I: Isa, const ANY: bool>(
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-unsafe fn sparse_block<I: Isa, const ANY: bool>(
+unsafe fn sparse_block<I: Shells, const ANY: bool>(
     packet: &Packet,
     mask: u64,
     block: &Tri4,
@@ -65,25 +71,23 @@ unsafe fn sparse_block<I: Isa, const ANY: bool>(
 ) -> bool {
     let mut any = false;
     for r in bits(mask) {
-        // SAFETY: the caller's promise.
-        let hit = unsafe {
-            let lanes = RayLanes::<I>::of_packet(packet, r);
-            edges4::<I>(&lanes, block)
-        };
-        let Some((candidates, edges)) = hit else { continue };
         let (g, l) = (r / LANES, r % LANES);
-        if ANY {
-            let ray = packet.ray(r, found.t[g][l]);
-            if resolve::<true>(&ray, block, candidates, &edges, object, instance, &mut Hit::none(ray.tmax)) {
-                found.open &= !(1 << r);
-                any = true;
-            }
-        } else {
-            let best = &mut found.hits[r];
-            let ray = packet.ray(r, best.t);
-            if resolve::<false>(&ray, block, candidates, &edges, object, instance, best) {
-                found.t[g][l] = best.t;
-                any = true;
+        let ray = InPacket::new(packet, r);
+        // SAFETY: the caller's promise.
+        unsafe {
+            let Some((candidates, edges)) = edges4::<I>(&RayLanes::new(ray), block) else { continue };
+            if ANY {
+                let mut none = Hit::none(found.t[g][l]);
+                if I::resolve::<true, _>(ray, block, candidates, &edges, (object, instance), &mut none) {
+                    found.open &= !(1 << r);
+                    any = true;
+                }
+            } else {
+                let best = &mut found.hits[r];
+                if I::resolve::<false, _>(ray, block, candidates, &edges, (object, instance), best) {
+                    found.t[g][l] = best.t;
+                    any = true;
+                }
             }
         }
     }

@@ -13,7 +13,9 @@ use glam::{Vec3, Vec3A};
 pub const SLAB_PAD: f32 = 1.0 + 16.0 * (f32::EPSILON * 0.5);
 
 /// A query: points `org + t * dir` with `tmin <= t <= tmax`.
+/// In memory: eight numbers in this order, so that eight rays can be transposed into lanes.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 pub struct Ray {
     pub org: Vec3,
     /// Smallest accepted `t`; negative values count as 0.
@@ -25,6 +27,13 @@ pub struct Ray {
 }
 
 impl Ray {
+    /// Its eight numbers.
+    #[inline(always)]
+    pub(super) fn numbers(&self) -> [f32; 8] {
+        let Self { org, tmin, dir, tmax } = *self;
+        [org.x, org.y, org.z, tmin, dir.x, dir.y, dir.z, tmax]
+    }
+
     /// The ray from `org` towards `dir` without end.
     pub fn new(org: Vec3, dir: Vec3) -> Self {
         Self { org, tmin: 0.0, dir, tmax: f32::INFINITY }

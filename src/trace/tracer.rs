@@ -48,9 +48,9 @@ impl<'a> Tracer<'a> {
     pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len(), "one answer per ray");
         let packets = rays.len() >= WORTH_A_PACKET;
-        if packets {
-            // SAFETY: holding kernels proves that the processor can run them.
-            unsafe { (self.kernels.intersect_many)(self.world, rays, hits) };
+        // SAFETY: holding kernels proves that the processor can run them.
+        if packets && unsafe { (self.kernels.intersect_many)(self.world, rays, hits) } {
+            return;
         }
         for (ray, hit) in rays.iter().zip(hits).filter(|(ray, _)| !packets || !is_usual(ray)) {
             *hit = self.intersect(ray);
@@ -64,9 +64,9 @@ impl<'a> Tracer<'a> {
     pub fn occluded_many(&self, rays: &[Ray], answers: &mut [bool]) {
         assert_eq!(rays.len(), answers.len(), "one answer per ray");
         let packets = rays.len() >= WORTH_A_PACKET;
-        if packets {
-            // SAFETY: as in `intersect_many`.
-            unsafe { (self.kernels.occluded_many)(self.world, rays, answers) };
+        // SAFETY: as in `intersect_many`.
+        if packets && unsafe { (self.kernels.occluded_many)(self.world, rays, answers) } {
+            return;
         }
         for (ray, answer) in rays.iter().zip(answers).filter(|(ray, _)| !packets || !is_usual(ray)) {
             *answer = self.occluded(ray);

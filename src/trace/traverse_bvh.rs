@@ -16,13 +16,13 @@
 //! the stack (-3 to -10 %), prefetching the line of the references (±2 %), leaving the children
 //! unsorted when any hit will do (within the noise). What helped: huge pages (+10 to +15 %).
 
-use super::packet::{GROUPS, LANES, Packet};
+use super::kernels::Shells;
+use super::one_ray::OneRay;
 use super::stack::{STACK, Stack, pop, push};
-use super::triangle4::{RayLanes, edges4, resolve};
+use super::triangle4::{RayLanes, edges4};
 use super::{Hit, PreparedRay, SLAB_PAD};
 use crate::accel::{Bvh, ChildRef, Node8};
 use crate::simd::{Isa, Vector};
-use std::borrow::Borrow;
 use std::mem::MaybeUninit;
 
 /// What the slab tests derive from a ray, in registers.
@@ -38,35 +38,14 @@ impl<I: Isa> SlabLanes<I> {
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    pub(super) unsafe fn new(ray: &PreparedRay) -> Self {
-        let near = [0, 1, 2].map(|k| 2 * k + usize::from(ray.inv_dir[k] < 0.0));
+    pub(super) unsafe fn new(ray: impl OneRay) -> Self {
         // SAFETY: the caller's promise.
         unsafe {
             Self {
-                org: [I::F8::splat(ray.org.x), I::F8::splat(ray.org.y), I::F8::splat(ray.org.z)],
-                inv_dir: [I::F8::splat(ray.inv_dir.x), I::F8::splat(ray.inv_dir.y), I::F8::splat(ray.inv_dir.z)],
-                tmin: I::F8::splat(ray.tmin),
-                near,
-            }
-        }
-    }
-
-    /// Those of ray `r` of a packet.
-    ///
-    /// # Safety
-    /// - The processor has the instruction set `I`.
-    #[inline(always)]
-    pub(super) unsafe fn of_packet(packet: &Packet, r: usize) -> Self {
-        let (g, l) = (r / LANES % GROUPS, r % LANES);
-        // SAFETY: the caller's promise.
-        unsafe {
-            let (org, inv) = (&packet.org, &packet.inv_dir);
-            let down = |k: usize| (packet.negative[k] >> r & 1) as usize;
-            Self {
-                org: [I::F8::splat(org[0][g][l]), I::F8::splat(org[1][g][l]), I::F8::splat(org[2][g][l])],
-                inv_dir: [I::F8::splat(inv[0][g][l]), I::F8::splat(inv[1][g][l]), I::F8::splat(inv[2][g][l])],
-                tmin: I::F8::splat(packet.tmin[g][l]),
-                near: [down(0), 2 + down(1), 4 + down(2)],
+                org: [I::F8::splat(ray.org(0)), I::F8::splat(ray.org(1)), I::F8::splat(ray.org(2))],
+                inv_dir: [I::F8::splat(ray.inv_dir(0)), I::F8::splat(ray.inv_dir(1)), I::F8::splat(ray.inv_dir(2))],
+                tmin: I::F8::splat(ray.tmin()),
+                near: [0, 1, 2].map(|k| 2 * k + usize::from(ray.inv_dir(k) < 0.0)),
             }
         }
     }
@@ -97,7 +76,7 @@ impl<I: Isa> SlabLanes<I> {
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
+pub(super) unsafe fn traverse<I: Shells, const ANY: bool>(
     bvh: &Bvh,
     ray: &PreparedRay,
     object: u32,
@@ -105,23 +84,18 @@ pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
     best: &mut Hit,
 ) -> bool {
     // SAFETY: the caller's promise; a tree that is not empty has a root.
-    unsafe {
-        let lanes = (SlabLanes::<I>::new(ray), RayLanes::<I>::new(ray));
-        !bvh.is_empty() && traverse_below::<I, ANY, _>(bvh, ChildRef::node(0), &lanes, || ray, object, instance, best)
-    }
+    unsafe { !bvh.is_empty() && traverse_below::<I, ANY>(bvh, ChildRef::node(0), ray, object, instance, best) }
 }
 
-/// [`traverse`], from `child` down. What the loop needs of the ray is in `lanes`; `ray` is asked for the rest where a triangle
-/// may be hit.
+/// [`traverse`], from `child` down.
 ///
 /// # Safety
 /// - The processor has the instruction set `I`; `child` is of `bvh`.
 #[inline(always)]
-pub(super) unsafe fn traverse_below<I: Isa, const ANY: bool, R: Borrow<PreparedRay>>(
+pub(super) unsafe fn traverse_below<I: Shells, const ANY: bool>(
     bvh: &Bvh,
     child: ChildRef,
-    (slabs, lanes): &(SlabLanes<I>, RayLanes<I>),
-    ray: impl Fn() -> R,
+    ray: impl OneRay,
     object: u32,
     instance: u32,
     best: &mut Hit,
@@ -135,6 +109,7 @@ pub(super) unsafe fn traverse_below<I: Isa, const ANY: bool, R: Borrow<PreparedR
     // and paths have at most MAX_DEPTH nodes (its invariants, checked on construction); all nodes but
     // the first come from the stack.
     unsafe {
+        let (slabs, lanes) = (SlabLanes::<I>::new(ray), RayLanes::<I>::new(ray));
         let mut limit = I::F8::splat(best.t * SLAB_PAD);
         loop {
             // Down to a leaf.
@@ -152,8 +127,8 @@ pub(super) unsafe fn traverse_below<I: Isa, const ANY: bool, R: Borrow<PreparedR
             if reached {
                 let mut closer = false;
                 for block in blocks.get_unchecked(current.blocks()) {
-                    let Some((candidates, edges)) = edges4(lanes, block) else { continue };
-                    closer |= resolve::<ANY>(ray().borrow(), block, candidates, &edges, object, instance, best);
+                    let Some((candidates, edges)) = edges4(&lanes, block) else { continue };
+                    closer |= I::resolve::<ANY, _>(ray, block, candidates, &edges, (object, instance), best);
                     if ANY && closer {
                         return true;
                     }

@@ -4,14 +4,15 @@
 //! entered by a call of the same kernel. So the stamp of a segment is looked at once per visit, and never in the loop over nodes. `deeper` is
 //! that kernel in the shell of the instruction set: a recursive function cannot inline into the shell.
 
+use super::kernels::Shells;
 use super::packet::{Found, GROUPS, LANES, Packet};
 use super::packet_boxes::Slabs;
 use super::packet_triangles::intersect_leaf;
 use super::stack::{STACK, Stack, pop, push};
 use super::traverse_bvh::SlabLanes;
 use super::traverse_packet::{Leaves, traverse_packet};
-use super::triangle4::{RayLanes, edges4, resolve};
-use super::{Hit, PreparedRay};
+use super::triangle4::{RayLanes, edges4};
+use super::{Hit, PreparedRay, SLAB_PAD};
 use crate::accel::{ChildRef, LazyBvh, LazyPart};
 use crate::simd::{Isa, Vector, prefetch};
 use std::mem::MaybeUninit;
@@ -34,7 +35,7 @@ pub(super) const ROOT: At = (0, ChildRef::ROOT);
 /// # Safety
 /// - The processor has the instruction set `I`, and `deeper` needs no other.
 #[inline(always)]
-pub(super) unsafe fn traverse<I: Isa>(
+pub(super) unsafe fn traverse<I: Shells>(
     lazy: &LazyBvh,
     ray: &PreparedRay,
     object: u32,
@@ -57,7 +58,7 @@ pub(super) unsafe fn traverse<I: Isa>(
 /// - The processor has the instruction set `I`, and `deeper` needs no other; the child is of the segment.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "a kernel's state, kept in registers")]
-pub(super) unsafe fn below<I: Isa, const ANY: bool>(
+pub(super) unsafe fn below<I: Shells, const ANY: bool>(
     lazy: &LazyBvh,
     (segment, child): At,
     lanes: &(SlabLanes<I>, RayLanes<I>),
@@ -84,7 +85,7 @@ pub(super) unsafe fn below<I: Isa, const ANY: bool>(
     // segments below, and paths have at most MAX_DEPTH nodes (by its construction from a `Bvh`); all nodes but
     // the first come from the stack.
     unsafe {
-        let mut limit = I::F8::splat(best.t);
+        let mut limit = I::F8::splat(best.t * SLAB_PAD);
         loop {
             // Down to a leaf.
             let reached = loop {
@@ -110,7 +111,7 @@ pub(super) unsafe fn below<I: Isa, const ANY: bool>(
                 } else {
                     for block in blocks.get_unchecked(run) {
                         let Some((candidates, edges)) = edges4(&lanes.1, block) else { continue };
-                        closer |= resolve::<ANY>(ray, block, candidates, &edges, object, instance, best);
+                        closer |= I::resolve::<ANY, _>(ray, block, candidates, &edges, (object, instance), best);
                         if ANY && closer {
                             return true;
                         }
@@ -118,11 +119,11 @@ pub(super) unsafe fn below<I: Isa, const ANY: bool>(
                 }
                 if closer {
                     found = true;
-                    limit = I::F8::splat(best.t);
+                    limit = I::F8::splat(best.t * SLAB_PAD);
                 }
             }
             // Back to what is left.
-            let Some(next) = pop::<ANY>(&stack, &mut depth, best.t) else { return found };
+            let Some(next) = pop::<ANY>(&stack, &mut depth, best.t * SLAB_PAD) else { return found };
             current = next;
         }
     }
@@ -134,7 +135,7 @@ pub(super) unsafe fn below<I: Isa, const ANY: bool>(
 /// - The processor has the instruction set `I`, and `deeper` and `alone` need no other; the tree is not empty.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "a kernel's state, kept in registers")]
-pub(super) unsafe fn packet_below<I: Isa, const ANY: bool>(
+pub(super) unsafe fn packet_below<I: Shells, const ANY: bool>(
     lazy: &LazyBvh,
     segment: usize,
     packet: &Packet,
@@ -171,7 +172,7 @@ struct LazyLeaves<'a, I: Isa, const ANY: bool> {
     alone: Deeper<I>,
 }
 
-impl<I: Isa, const ANY: bool> Leaves<I> for LazyLeaves<'_, I, ANY> {
+impl<I: Shells, const ANY: bool> Leaves<I> for LazyLeaves<'_, I, ANY> {
     const FEW: u32 = 2;
 
     #[inline(always)]
@@ -205,8 +206,8 @@ impl<I: Isa, const ANY: bool> Leaves<I> for LazyLeaves<'_, I, ANY> {
         let tmax = *t;
         // SAFETY: the caller's promise.
         unsafe {
-            let lanes = (SlabLanes::<I>::of_packet(packet, r), RayLanes::<I>::of_packet(packet, r));
             let ray = packet.ray(r, tmax);
+            let lanes = (SlabLanes::<I>::new(&ray), RayLanes::<I>::new(&ray));
             if ANY {
                 if alone(lazy, (segment, child), &lanes, &ray, object, instance, &mut Hit::none(tmax)) {
                     found.open &= !(1 << r);

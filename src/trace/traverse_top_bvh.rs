@@ -8,8 +8,8 @@
 //!
 //! Each instance is in one leaf, so there is no mailbox.
 
+use super::kernels::Shells;
 use super::stack::{STACK, Stack, pop, push};
-use super::traverse_bvh;
 use super::traverse_scene::{SceneRay, transform};
 use super::{Hit, Kernels, PreparedRay, SLAB_PAD, traverse_bsp, traverse_grid};
 use crate::accel::{ChildRef, InstanceRecord, Node8, Space, Structure, TopLevelBvh, TwoLevel};
@@ -68,7 +68,7 @@ impl<I: Isa> SlabLanes<I> {
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
+pub(super) unsafe fn traverse<I: Shells, const ANY: bool>(
     world: &TwoLevel,
     tree: &TopLevelBvh,
     ray: &PreparedRay,
@@ -78,6 +78,10 @@ pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
         return false;
     }
     let (nodes, refs, records) = (tree.nodes(), tree.refs(), world.instances());
+    if let [only] = *refs {
+        // SAFETY: the caller's promise.
+        return unsafe { visit::<I, ANY>(world, &records[only as usize], ray, best) };
+    }
     let mut stack: Stack = [const { MaybeUninit::uninit() }; STACK];
     let mut depth = 0;
     let mut found = false;
@@ -125,7 +129,7 @@ pub(super) unsafe fn traverse<I: Isa, const ANY: bool>(
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-unsafe fn visit<I: Isa, const ANY: bool>(
+unsafe fn visit<I: Shells, const ANY: bool>(
     world: &TwoLevel,
     record: &InstanceRecord,
     ray: &PreparedRay,
@@ -171,7 +175,7 @@ unsafe fn visit<I: Isa, const ANY: bool>(
     let is_merged = matches!(record.space, Space::Merged);
     let mut own = if is_merged { Hit::none(best.t) } else { *best };
     // SAFETY: the caller's promise.
-    if !unsafe { traverse_bvh::traverse::<I, ANY>(bvh, local, record.object, record.instance, &mut own) } {
+    if !unsafe { I::one::<ANY>(bvh, local, (record.object, record.instance), &mut own) } {
         return false;
     }
     if ANY {

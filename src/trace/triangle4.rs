@@ -1,13 +1,14 @@
 //! The triangle test of [`super::triangle`], four triangles at a time.
 //!
-//! The edge functions are the scalar ones, operation by operation. A lane is out when one of its edge functions is
-//! below 0 and another above: both signs are exact (see there), so a third one that is 0 or not a number cannot change it.
-//! That leaves few lanes, and they take the scalar way: at once when f32 tells them well (there),
-//! else by way of f64. So the result is that of the scalar test, bit for bit, without a second copy of its rare branches.
+//! The operations are the scalar ones, one by one, so the result is that of the scalar test, bit for bit. A lane is out when one of its
+//! edge functions is below 0 and another above: both signs are exact (see there), so a third one that is 0 or not a number
+//! cannot change it. Lanes that f32 does not tell well (there) take the scalar way by f64, the others go on up to the clamped distance:
+//! a ray that starts on a surface meets the edge functions of the triangle it has left, and with the rest of the
+//! test in scalars that alone was a quarter of all instructions of a diffuse bounce.
 
-use super::packet::{GROUPS, LANES, Packet};
-use super::{Hit, PreparedRay, triangle};
-use crate::accel::{BLOCK, Tri4, least_area, triangle_bounds};
+use super::one_ray::OneRay;
+use super::{Hit, PreparedRay, SLAB_PAD, triangle};
+use crate::accel::{BLOCK, LEAST_SEEN, PAD_ABSOLUTE, PAD_EXTENT, PAD_ULP, Tri4};
 use crate::simd::{Isa, Vector};
 
 /// What the four-wide test derives from a ray, in registers.
@@ -23,46 +24,26 @@ impl<I: Isa> RayLanes<I> {
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    pub(super) unsafe fn new(ray: &PreparedRay) -> Self {
+    pub(super) unsafe fn new(ray: impl OneRay) -> Self {
         // Indexing an array of four by two bits needs neither branch nor check.
-        let axis = ray.axis.map(|k| k & 3);
+        let axis = ray.axes().map(|k| k & 3);
         assert!(axis.iter().all(|&k| k < 3), "axes are numbered 0, 1, 2");
-        let org = [ray.org.x, ray.org.y, ray.org.z, 0.0];
+        let org = [ray.org(0), ray.org(1), ray.org(2), 0.0];
         // SAFETY: the caller's promise.
         unsafe {
             Self {
-                org: axis.map(|k| I::F4::splat(org[k])),
-                shear: [I::F4::splat(ray.shear.x), I::F4::splat(ray.shear.y)],
-                axis,
-            }
-        }
-    }
-
-    /// The lanes of ray `r` of a packet.
-    ///
-    /// # Safety
-    /// - The processor has the instruction set `I`.
-    #[inline(always)]
-    pub(super) unsafe fn of_packet(packet: &Packet, r: usize) -> Self {
-        const NEXT: [usize; 5] = [0, 1, 2, 0, 1];
-        let (g, l) = (r / LANES % GROUPS, r % LANES);
-        let z = packet.axis(r);
-        let axis = [NEXT[z + 1], NEXT[z + 2], NEXT[z]];
-        // SAFETY: the caller's promise.
-        unsafe {
-            Self {
-                org: axis.map(|k| I::F4::splat(packet.org[k][g][l])),
-                shear: [I::F4::splat(packet.shear[0][g][l]), I::F4::splat(packet.shear[1][g][l])],
+                org: [I::F4::splat(org[axis[0]]), I::F4::splat(org[axis[1]]), I::F4::splat(org[axis[2]])],
+                shear: [I::F4::splat(ray.shear(0)), I::F4::splat(ray.shear(1))],
                 axis,
             }
         }
     }
 }
 
-/// Edge functions and depths of the four triangles: `u, v, w` and the corners' `z`.
-pub(super) struct Edges {
-    weights: [[f32; BLOCK]; 3],
-    depth: [[f32; BLOCK]; 3],
+/// The edge functions of four triangles: `u, v, w` and the corners' depths before the shear.
+pub(super) struct Edges<I: Isa> {
+    weights: [I::F4; 3],
+    depth: [I::F4; 3],
 }
 
 /// The lanes that the edge functions leave, if any, and what they have computed.
@@ -70,9 +51,9 @@ pub(super) struct Edges {
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-pub(super) unsafe fn edges4<I: Isa>(lanes: &RayLanes<I>, block: &Tri4) -> Option<(u32, Edges)> {
+pub(super) unsafe fn edges4<I: Isa>(lanes: &RayLanes<I>, block: &Tri4) -> Option<(u32, Edges<I>)> {
     let [kx, ky, kz] = lanes.axis;
-    // SAFETY: the caller's promise; axes are below 3 (checked by the constructors of `RayLanes`).
+    // SAFETY: the caller's promise; axes are below 3 (checked by the constructor of `RayLanes`).
     unsafe {
         let sheared = |corner: usize| {
             let p = &block.corners[corner];
@@ -90,29 +71,125 @@ pub(super) unsafe fn edges4<I: Isa>(lanes: &RayLanes<I>, block: &Tri4) -> Option
         let least = u.min(v).min(w);
         let most = u.max(v).max(w);
         let candidates = !(least.lt(zero) & zero.lt(most)) & 0xf;
-        if candidates == 0 {
-            return None;
-        }
-        let mut edges = Edges { weights: [[0.0; BLOCK]; 3], depth: [[0.0; BLOCK]; 3] };
-        for (to, from) in edges.weights.iter_mut().zip([u, v, w]) {
-            from.store(to);
-        }
-        for (to, from) in edges.depth.iter_mut().zip([a[2], b[2], c[2]]) {
-            from.store(to);
-        }
-        Some((candidates, edges))
+        (candidates != 0).then_some((candidates, Edges { weights: [u, v, w], depth: [a[2], b[2], c[2]] }))
     }
 }
 
-/// The scalar rest: tests the candidates of a block against the ray's own interval and `best`, which every hit that comes before it replaces
+/// The rest: tests the candidates of a block against the ray's own interval and `best`, which every hit that comes before it replaces
 /// (with the number of the triangle and of `best`'s candidate object and instance). With `ANY` the first hit ends the test.
-/// Returns whether there was a hit that counts. Out of line, so that the traversal loop around it keeps its registers.
+/// Returns whether there was a hit that counts.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+pub(super) unsafe fn resolve<I: Isa, const ANY: bool, R: OneRay>(
+    ray: R,
+    block: &Tri4,
+    candidates: u32,
+    edges: &Edges<I>,
+    object: u32,
+    instance: u32,
+    best: &mut Hit,
+) -> bool {
+    let mut found = false;
+    // SAFETY: the caller's promise.
+    unsafe {
+        let (zero, infinity) = (I::F4::splat(0.0), I::F4::splat(f32::INFINITY));
+        // `triangle_bounds` and `least_area` of triangles whose corners are finite and in range, as all in a block are but those
+        // that have become NaN (which make sums that are not good).
+        let (lo, hi) = bounds4::<I>(block);
+        let side = hi[0].sub(lo[0]).max(hi[1].sub(lo[1])).max(hi[2].sub(lo[2]));
+        let least_area = side.mul(side).mul(I::F4::splat(LEAST_SEEN)).add(I::F4::splat(f32::MIN_POSITIVE));
+        // `triangle::weigh`. Of edge functions that are not finite, the sum is not either.
+        let [u, v, w] = edges.weights;
+        let [a, b, c] = edges.depth;
+        let scale = I::F4::splat(ray.shear(2));
+        let (az, bz, cz) = (scale.mul(a), scale.mul(b), scale.mul(c));
+        let det = u.add(v).add(w);
+        let numerator = u.mul(az).add(v.mul(bz)).add(w.mul(cz));
+        let (size, top) = (det.abs(), numerator.abs());
+        let good = zero.lt(u.abs().min(v.abs()).min(w.abs()))
+            & least_area.le(size)
+            & size.lt(infinity)
+            & I::F4::splat(triangle::LEAST_NUMERATOR).le(top)
+            & top.lt(infinity);
+        let others = candidates & !good;
+        if others != 0 {
+            found |= resolve_alone::<ANY>(&ray.prepared(best.t), block, others, object, instance, best);
+            if ANY && found {
+                return true;
+            }
+        }
+        let candidates = candidates & good;
+        let inv_det = I::F4::splat(1.0).div(det);
+        let t = numerator.mul(inv_det);
+        // `triangle::accept`.
+        let (mut enter, mut exit) = (I::F4::splat(f32::NEG_INFINITY), infinity);
+        for k in 0..3 {
+            let (org, inv) = (I::F4::splat(ray.org(k)), I::F4::splat(ray.inv_dir(k)));
+            let (from_lo, from_hi) = (lo[k].sub(org).mul(inv), hi[k].sub(org).mul(inv));
+            enter = from_lo.min(from_hi).max(enter);
+            exit = from_lo.max(from_hi).min(exit);
+        }
+        let exit = exit.mul(I::F4::splat(SLAB_PAD));
+        let meets = enter.le(exit) & t.le(t);
+        let t = exit.min(enter.max(t));
+        let mut hits = candidates & meets & I::F4::splat(ray.tmin()).le(t) & t.le(I::F4::splat(best.t));
+        if ANY {
+            return hits != 0;
+        }
+        if hits == 0 {
+            return found;
+        }
+        let mut out = [[0.0; BLOCK]; 3];
+        t.store(&mut out[0]);
+        v.mul(inv_det).store(&mut out[1]);
+        w.mul(inv_det).store(&mut out[2]);
+        while hits != 0 {
+            let lane = hits.trailing_zeros() as usize & (BLOCK - 1);
+            hits &= hits - 1;
+            let [t, u, v] = out.map(|row| row[lane]);
+            found |= Hit { t, u, v, prim: block.prims[lane], object, instance }.replaces(best);
+        }
+    }
+    found
+}
+
+/// `triangle_bounds` of four triangles whose corners are finite and in range.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+unsafe fn bounds4<I: Isa>(block: &Tri4) -> ([I::F4; 3], [I::F4; 3]) {
+    // SAFETY: the caller's promise.
+    unsafe {
+        // No closures or `map`: they would be functions without the instruction set.
+        let zero = [I::F4::splat(0.0); 3];
+        let (mut lo, mut hi, mut pad) = (zero, zero, zero);
+        let mut extent = zero[0];
+        for k in 0..3 {
+            let [a, b, c] = &block.corners;
+            let (a, b, c) = (I::F4::load(&a[k]), I::F4::load(&b[k]), I::F4::load(&c[k]));
+            (lo[k], hi[k]) = (a.min(b).min(c), a.max(b).max(c));
+            extent = hi[k].sub(lo[k]).max(extent);
+            pad[k] = lo[k].abs().max(hi[k].abs()).mul(I::F4::splat(PAD_ULP));
+        }
+        let extent = extent.mul(I::F4::splat(PAD_EXTENT));
+        for k in 0..3 {
+            let pad = extent.add(pad[k]).add(I::F4::splat(PAD_ABSOLUTE));
+            (lo[k], hi[k]) = (lo[k].sub(pad), hi[k].add(pad));
+        }
+        (lo, hi)
+    }
+}
+
+/// The scalar test, for what f32 does not tell well.
+#[cold]
 #[inline(never)]
-pub(super) fn resolve<const ANY: bool>(
+fn resolve_alone<const ANY: bool>(
     ray: &PreparedRay,
     block: &Tri4,
     mut candidates: u32,
-    edges: &Edges,
     object: u32,
     instance: u32,
     best: &mut Hit,
@@ -121,17 +198,7 @@ pub(super) fn resolve<const ANY: bool>(
     while candidates != 0 {
         let lane = candidates.trailing_zeros() as usize & (BLOCK - 1);
         candidates &= candidates - 1;
-        let weights = edges.weights.map(|e| e[lane]);
-        let corners = block.corners(lane);
-        let bounds = triangle_bounds(corners);
-        let depth = edges.depth.map(|z| z[lane]);
-        let in_f32 =
-            if triangle::all_exact(weights) { triangle::weigh(ray, weights, depth, least_area(&bounds)) } else { None };
-        let hit = match in_f32 {
-            Some(hit) => triangle::accept(ray, &bounds, hit),
-            None => triangle::intersect(ray, corners),
-        };
-        let Some(h) = hit else { continue };
+        let Some(h) = triangle::intersect(ray, block.corners(lane)) else { continue };
         if ANY {
             return true;
         }
