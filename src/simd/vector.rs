@@ -48,7 +48,8 @@ pub trait Vector: Copy {
     unsafe fn lt(self, other: Self) -> u32;
 }
 
-/// What only vectors of eight lanes are asked.
+/// What only vectors of eight lanes are asked. The safety rule is that of [`Vector`].
+#[allow(clippy::missing_safety_doc)] // said there
 pub trait Eight: Vector<Array = [f32; 8]> {
     /// The least of the lanes, none of which is NaN.
     #[inline(always)]
