@@ -12,6 +12,10 @@
 //! Splits are those of Wald 2007, see [`super::top_level_split`]. As the lowest three of log n binary levels need no split, a build takes about 100 ns per
 //! instance (161 to 661 instances).
 //!
+//! *Tried without gain:* opening instances, their objects' root children as references of their own (Benthin et al., *Improved Two-Level BVHs using Partial
+//! Re-Braiding*, 2017). With every instance opened once, rays per second fell to 0.74–0.96 on 661 overlapping trees and to 0.66–0.79 on 10,000 overlapping
+//! spheres, at eight times the references to place: each of them asks for the transform of the ray anew.
+//!
 //! *Robustness.* Where centres coincide or areas overflow, a range is halved by count. Below [`SAH_DEPTH`] levels all are, the
 //! fullest first: at least a factor of 4 per level, so no input reaches [`super::MAX_DEPTH`].
 //! *Determinism.* The tree depends on the boxes alone: tasks are cut by size, never by threads.
