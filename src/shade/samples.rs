@@ -12,7 +12,7 @@
 //!
 //! What it gave, one thread of a busy AVX2 machine, 640x480 with one lamp, as rays per second of whole frames over those of the same
 //! rays in batches (`cargo bench --bench peers -- frames`): ten robots by `raycast` 0.29 → 0.80 (60 → 23 ms), by `whitted` 0.37 → 0.84; a cloth
-//! 0.40 → 0.80 and 0.46 → 0.90. Runs differ by a tenth. What is left of these frames: tracing 68 %, hit points 11 (half of it fetching corners of
+//! 0.40 → 0.78 and 0.46 → 0.90. Runs differ by a tenth. What is left of these frames: tracing 68 %, hit points 11 (half of it fetching corners of
 //! triangles), pixels 10 (mostly waiting for the memory that they go to), sorting hits by surface 6, camera rays, lights and sums 5.
 //! Steps, robots by `raycast`: eight at a time 0.29 → 0.57; corners of all rows fetched before the first point is computed, triangles and pixels
 //! prefetched 0.70; no stores of single lanes, and a loop of its own for pixels that are written once 0.80.
