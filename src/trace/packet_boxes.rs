@@ -126,10 +126,10 @@ pub(super) unsafe fn best_range<I: Isa>(found: &Found, mask: u64) -> (f32, f32) 
     // SAFETY: the caller's promise.
     unsafe {
         let (mut least, mut most) = (I::F8::splat(f32::INFINITY), I::F8::splat(0.0));
-        // Lanes out of the mask only widen the bounds.
+        // Lanes out of the mask only widen the bounds, or have no end at all (NaN): then what the others gave stays, as the second operand.
         for g in groups(mask) {
             let row = I::F8::load(&found.t[g]);
-            (least, most) = (least.min(row), most.max(row));
+            (least, most) = (row.min(least), row.max(most));
         }
         (least.least(), most.greatest())
     }
