@@ -80,7 +80,14 @@ fn placements() -> [(&'static str, Affine3A); 5] {
 }
 
 /// The structure of a mesh that was built in another pose and then moved to its own.
-fn build(pool: &Pool, mesh: &Mesh, placed: Affine3A, strategy: Strategy, level: Level, top: TopLevelKind) -> TwoLevel {
+fn build(
+    pool: &Pool,
+    mesh: &Mesh,
+    placed: Affine3A,
+    strategy: Strategy,
+    level: Level,
+    top: TopLevelKind,
+) -> (World, TwoLevel) {
     let center = mesh.positions.iter().fold(Vec3::ZERO, |s, p| s + *p / mesh.positions.len() as f32);
     let pose = meshes::moved(mesh.clone(), |p| center + (p - center) * Vec3::new(0.7, 1.2, 0.9));
     let mut world = World::new(vec![pose], vec![(1, placed)]);
@@ -88,7 +95,7 @@ fn build(pool: &Pool, mesh: &Mesh, placed: Affine3A, strategy: Strategy, level: 
     let mut built = world.build(pool, strategy, level, top);
     world.scene.apply(Command::UpdatePositions { name: 1, first: 0, positions: mesh.positions.clone() });
     pool.install(|| built.update(&world.scene, &world.instances));
-    built
+    (world, built)
 }
 
 /// A ray from inside, in object space.
@@ -149,7 +156,7 @@ fn no_ray_leaves_a_closed_mesh() {
             let exact = in_f64(world_from_object);
             let is_plain = *world_from_object == Affine3A::IDENTITY;
             for &(strategy, level, top) in &pairs {
-                let built = build(&pool, &closed.mesh, *world_from_object, strategy, level, top);
+                let (_scene, built) = build(&pool, &closed.mesh, *world_from_object, strategy, level, top);
                 let tracer = Tracer::new(&built);
                 let chunks = weight(strategy, level) * chunks_per_weight;
                 let count_leaks = |chunk: usize| {
@@ -197,7 +204,7 @@ fn aimed_rays_hit_the_same_triangle_through_every_structure() {
             let rays: Vec<Ray> = (0..2000).map(|_| placed_ray(&exact, &aimed(&mut random, closed))).collect();
             let mut expected = None;
             for (strategy, level, top) in combinations() {
-                let built = build(&pool, &closed.mesh, *world_from_object, strategy, level, top);
+                let (_scene, built) = build(&pool, &closed.mesh, *world_from_object, strategy, level, top);
                 let tracer = Tracer::new(&built);
                 let hits: Vec<_> = rays
                     .iter()
