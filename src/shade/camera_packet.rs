@@ -5,9 +5,9 @@
 //! [`Camera::primary_ray`]; others are asked pixel by pixel.
 
 use crate::shade::camera::{Camera, Kind, Window};
-use crate::shade::rows::{GROUPS, SLOTS, bits, lanes_of, row3_mut};
+use crate::shade::rows::{GROUPS, SLOTS, lanes_of, row3_mut};
 use crate::shade::sampler::Rng;
-use crate::simd::{Isa, LANES, Level, Proof, Wide, Wide3, WideKernel, run_wide};
+use crate::simd::{Isa, LANES, Level, Proof, Wide, Wide3, WideKernel, bits, run_wide};
 use crate::trace::{Ray, RayPacket};
 use glam::Vec2;
 

@@ -3,9 +3,8 @@
 //! Point and directional lights go in lanes, by the operations of [`Light::sample`]; the others are asked point by point.
 
 use crate::shade::light::{Light, Shape};
-use crate::shade::rows::bits;
 use crate::shade::sampler::hammersley;
-use crate::simd::{Isa, LANES, Proof, Wide, Wide3};
+use crate::simd::{Isa, LANES, Proof, Wide, Wide3, bits};
 use glam::{Vec2, Vec3};
 
 /// Light that arrives at eight points.

@@ -7,10 +7,10 @@ use crate::shade::light::Light;
 use crate::shade::light_packet::{Arriving, LightPoint};
 use crate::shade::materials::Materials;
 use crate::shade::points::Points;
-use crate::shade::rows::{GROUPS, Rows, Rows3, SLOTS, ZEROS, bits, lanes_of, row3, row3_mut};
+use crate::shade::rows::{GROUPS, Rows, Rows3, SLOTS, ZEROS, lanes_of, row3, row3_mut};
 use crate::shade::shade_scene::ShadeScene;
 use crate::shade::worker::SHADOW_END;
-use crate::simd::{Isa, LANES, Level, Proof, Wide3, WideKernel, run_wide};
+use crate::simd::{Isa, LANES, Level, Proof, Wide3, WideKernel, bits, run_wide};
 use crate::trace::RayPacket;
 use glam::{Vec2, Vec3, Vec4};
 

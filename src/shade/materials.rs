@@ -4,10 +4,10 @@
 //! has changed since the packet before.
 
 use crate::scene::Mesh;
-use crate::shade::rows::{GROUPS, Held, Rows3, SLOTS, bits, lanes_of, set_vec3, vec3};
+use crate::shade::rows::{GROUPS, Held, Rows3, SLOTS, lanes_of, set_vec3, vec3};
 use crate::shade::shade_scene::ShadeScene;
 use crate::shade::surface::{Phong, Surface};
-use crate::simd::{LANES, prefetch};
+use crate::simd::{LANES, bits, prefetch};
 use crate::trace::Hit;
 use glam::Vec3;
 

@@ -6,9 +6,9 @@
 
 use crate::shade::footprint::Cone;
 use crate::shade::interaction::{CLEARANCE, GRAZING, Interaction, Placement, TEST_CLEARANCE};
-use crate::shade::rows::{GROUPS, Held, Rows, Rows3, SLOTS, ZEROS, bits, lanes_of, row3, row3_mut, vec3};
+use crate::shade::rows::{GROUPS, Held, Rows, Rows3, SLOTS, ZEROS, lanes_of, row3, row3_mut, vec3};
 use crate::shade::shade_scene::ShadeScene;
-use crate::simd::{Isa, LANES, Level, Proof, Wide, Wide3, WideKernel, run_wide};
+use crate::simd::{Isa, LANES, Level, Proof, Wide, Wide3, WideKernel, bits, run_wide};
 use crate::trace::{Hit, RayPacket};
 
 /// Points of up to 64 samples.

@@ -51,18 +51,6 @@ pub(super) fn lanes_of(mask: u64, g: usize) -> u32 {
     (mask >> (LANES * g)) as u32 & 0xff
 }
 
-/// Numbers of the set bits, lowest first.
-#[inline(always)]
-pub(super) fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        (mask != 0).then(|| {
-            let bit = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            bit
-        })
-    })
-}
-
 /// Of each of eight lanes the record of `N` numbers that belongs to its key. Neighbouring samples mostly have the same keys, so
 /// only what changes is looked up.
 pub(super) struct Held<const N: usize> {

@@ -24,10 +24,10 @@ use crate::shade::light_packet::LightPoint;
 use crate::shade::lighting::{Lighting, Shadows};
 use crate::shade::materials::Materials;
 use crate::shade::points::Points;
-use crate::shade::rows::{Rows, Rows3, SLOTS, ZEROS, bits, set_vec3, vec3};
+use crate::shade::rows::{Rows, Rows3, SLOTS, ZEROS, set_vec3, vec3};
 use crate::shade::sampler::Rng;
 use crate::shade::worker::{BUDGET, Bounce, Sample, Seen, Worker};
-use crate::simd::LANES;
+use crate::simd::{LANES, bits};
 use crate::trace::{Hit, PacketMemory, Ray};
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 

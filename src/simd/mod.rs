@@ -12,6 +12,7 @@
 
 mod dispatch;
 mod level;
+mod mask;
 mod memory;
 mod scalar;
 mod vector;
@@ -22,6 +23,7 @@ mod x86;
 
 pub use dispatch::{Kernel, run};
 pub use level::Level;
+pub use mask::bits;
 pub use memory::{components, prefer_huge_pages, prefetch};
 pub use scalar::Scalar;
 pub use vector::{Eight, Isa, Vector};

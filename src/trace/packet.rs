@@ -8,7 +8,7 @@ use super::packet_query::RayPacket;
 use super::tracer::USUAL_LENGTH;
 use super::{Hit, PreparedRay, Ray, ray::MIN_DIRECTION};
 use crate::accel::MAX_COORDINATE;
-use crate::simd::{Eight, Isa, Vector};
+use crate::simd::{Eight, Isa, Vector, bits};
 use glam::{Affine3A, Vec3};
 
 /// Rays per SIMD vector.
@@ -52,18 +52,6 @@ impl Found {
     pub(super) fn new() -> Self {
         Self { t: [[0.0; LANES]; GROUPS], hits: [Hit::none(0.0); RAYS], open: 0 }
     }
-}
-
-/// Numbers of the set bits, lowest first.
-#[inline(always)]
-pub(super) fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        (mask != 0).then(|| {
-            let bit = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            bit
-        })
-    })
 }
 
 /// Numbers of the groups that have a ray in `mask`.
@@ -155,16 +143,7 @@ impl Packet {
         }
         let mask = u64::MAX >> (RAYS - count);
         // SAFETY: the caller's promise.
-        unsafe {
-            self.prepare::<I>(mask);
-            let mut interval = 0;
-            for g in groups(mask) {
-                let holds = I::F8::load(&self.tmin[g]).le(I::F8::load(&found.t[g]));
-                interval |= u64::from(holds) << (LANES * g);
-            }
-            self.usable &= interval;
-        }
-        found.open = self.usable;
+        unsafe { self.begin::<I>(found, mask) };
     }
 
     /// Takes in the rays of `mask`, of which there is at least one. Returns those whose direction is too long or too short to be traced
@@ -192,18 +171,31 @@ impl Packet {
                 usual |= u64::from(least.le(longest) & longest.le(most)) << (LANES * g);
             }
             usual &= mask;
-            self.prepare::<I>(usual);
-            let mut interval = 0;
-            for g in groups(usual) {
-                interval |= u64::from(I::F8::splat(0.0).le(I::F8::load(&rays.tmax[g]))) << (LANES * g);
-            }
-            self.usable &= interval;
+            self.begin::<I>(found, usual);
         }
         for r in bits(mask) {
             found.hits[r] = Hit::none(rays.tmax[r / LANES][r % LANES]);
         }
-        found.open = self.usable;
         mask & !usual
+    }
+
+    /// The rays of `mask` are taken in: those with an interval that is not empty begin to search.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn begin<I: Isa>(&mut self, found: &mut Found, mask: u64) {
+        // SAFETY: the caller's promise.
+        unsafe {
+            self.prepare::<I>(mask);
+            let mut interval = 0;
+            for g in groups(mask) {
+                let holds = I::F8::load(&self.tmin[g]).le(I::F8::load(&found.t[g]));
+                interval |= u64::from(holds) << (LANES * g);
+            }
+            self.usable &= interval;
+        }
+        found.open = self.usable;
     }
 
     /// Makes this the packet of `rays`' space seen from an instance, for the groups that have a ray in `mask`.

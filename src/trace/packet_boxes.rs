@@ -8,9 +8,9 @@
 //! need it; an object's do not, and visit a box more now and then.
 
 use super::SLAB_PAD;
-use super::packet::{Found, GROUPS, LANES, Packet, Rows, bits, groups};
+use super::packet::{Found, GROUPS, LANES, Packet, Rows, groups};
 use crate::accel::{Aabb, Node8, WIDTH};
-use crate::simd::{Eight, Isa, Vector};
+use crate::simd::{Eight, Isa, Vector, bits};
 
 /// What box tests read of a packet. In the world, near planes are seen from an origin moved forward and far ones from one moved back (see
 /// `traverse_scene`); in an object's space both are the origin.

@@ -10,6 +10,7 @@ use super::packet_scene::{Scratch, traverse};
 use super::tracer::WORTH_A_PACKET;
 use super::{Hit, Kernels, Ray, Tracer};
 use crate::accel::TwoLevel;
+use crate::simd::bits;
 use glam::Vec3;
 
 /// Up to 64 rays that begin at their origins (`tmin` 0). Ray `r` is lane `r % 8` of row `r / 8`.
@@ -86,7 +87,7 @@ impl Tracer<'_> {
             // SAFETY: holding kernels proves that the processor can run them.
             alone = unsafe { (self.kernels.intersect_packet)(self.world, rays, mask, scratch) };
         }
-        for r in super::packet::bits(alone) {
+        for r in bits(alone) {
             let ray = rays.ray(r);
             scratch.found.hits[r] = self.intersect(&ray).unwrap_or(Hit::none(ray.tmax));
         }
@@ -102,7 +103,7 @@ impl Tracer<'_> {
             alone = unsafe { (self.kernels.occluded_packet)(self.world, rays, mask, scratch) };
             occluded = scratch.world.usable & !scratch.found.open;
         }
-        for r in super::packet::bits(alone) {
+        for r in bits(alone) {
             occluded |= u64::from(self.occluded(&rays.ray(r))) << r;
         }
         occluded

@@ -6,12 +6,12 @@
 //! With the BSP as top level each ray goes alone: its cells cut a packet into pieces, each with an interval per ray.
 
 use super::kernels::Shells;
-use super::packet::{Found, GROUPS, LANES, Packet, Rows, bits, groups};
+use super::packet::{Found, GROUPS, LANES, Packet, Rows, groups};
 use super::packet_boxes::{Slabs, enters_box};
 use super::traverse_packet::{Leaves, traverse_packet};
 use super::{Hit, Kernels, PreparedRay, traverse_bsp, traverse_grid, traverse_scene};
 use crate::accel::{ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh, TwoLevel};
-use crate::simd::{Isa, Vector};
+use crate::simd::{Isa, Vector, bits};
 
 /// Memory of one packet on its way through the scene.
 pub(super) struct Scratch {

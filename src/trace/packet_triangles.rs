@@ -10,11 +10,11 @@
 
 use super::kernels::Shells;
 use super::one_ray::InPacket;
-use super::packet::{Found, LANES, Packet, bits, groups, groups_of, splat3};
+use super::packet::{Found, LANES, Packet, groups, groups_of, splat3};
 use super::triangle4::{RayLanes, edges4};
 use super::{Hit, SLAB_PAD, triangle};
 use crate::accel::{BLOCK, Tri4, least_area, triangle_bounds};
-use crate::simd::{Isa, Vector};
+use crate::simd::{Isa, Vector, bits};
 
 /// Rays per vector of rays that are longest on the same axis, from which the dense way is the cheaper one.
 const DENSE: u32 = 3;

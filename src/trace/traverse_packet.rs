@@ -22,11 +22,11 @@
 //! packets share what they fetch. Sixteen rays taking turns step by step, each on its own way, without a branch on what was hit
 //! (as in Kocberber, Falsafi, Grot, *Asynchronous Memory Access Chaining*, 2015), takes half as many again, and is 40 % slower.
 
-use super::packet::{Found, bits, groups_of};
+use super::packet::{Found, groups_of};
 use super::packet_boxes::{Bounds, Slabs, best_range, entering, ray_by_ray, still_before};
 use super::stack::STACK;
 use crate::accel::{ChildRef, Node8, WIDTH};
-use crate::simd::{Isa, Vector};
+use crate::simd::{Isa, Vector, bits};
 use std::mem::MaybeUninit;
 
 /// From this many rays per group, vectors of rays beat vectors of children.

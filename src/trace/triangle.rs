@@ -58,7 +58,7 @@ pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
 
 /// Whether the edge functions are finite and not 0: then their signs decide.
 #[inline(always)]
-pub(super) fn all_exact(edges: [f32; 3]) -> bool {
+fn all_exact(edges: [f32; 3]) -> bool {
     // Written so that NaN fails.
     edges.iter().all(|e| e.abs() > 0.0 && e.abs() < f32::INFINITY)
 }
@@ -69,7 +69,7 @@ pub(super) const LEAST_NUMERATOR: f32 = 1e-30;
 /// Distance and weights from edge functions of one sign, and the corners' depths before the shear. None if f32 does not tell them well:
 /// where the triangle is seen smaller than `least_area`, or the sums leave the range.
 #[inline(always)]
-pub(super) fn weigh(ray: &PreparedRay, [u, v, w]: [f32; 3], depth: [f32; 3], least_area: f32) -> Option<TriangleHit> {
+fn weigh(ray: &PreparedRay, [u, v, w]: [f32; 3], depth: [f32; 3], least_area: f32) -> Option<TriangleHit> {
     let det = (u + v) + w;
     let [az, bz, cz] = depth.map(|z| ray.shear.z * z);
     let numerator = (u * az + v * bz) + w * cz;
@@ -84,7 +84,7 @@ pub(super) fn weigh(ray: &PreparedRay, [u, v, w]: [f32; 3], depth: [f32; 3], lea
 
 /// The edge functions in f64, for a ray through an edge or a vertex, nearly in the triangle's plane, or when f32 overflowed.
 #[cold]
-pub fn weigh_f64(ray: &PreparedRay, sheared: [[f32; 3]; 3]) -> Option<TriangleHit> {
+fn weigh_f64(ray: &PreparedRay, sheared: [[f32; 3]; 3]) -> Option<TriangleHit> {
     let [a, b, c] = sheared.map(|p| p.map(f64::from));
     let u = c[0] * b[1] - c[1] * b[0];
     let v = a[0] * c[1] - a[1] * c[0];
@@ -103,9 +103,8 @@ pub fn weigh_f64(ray: &PreparedRay, sheared: [[f32; 3]; 3]) -> Option<TriangleHi
 }
 
 /// Clamps `t` to the triangle's box and tests it against the ray's interval.
-/// Rare enough (a ray accepts a few triangles) to be scalar in every kernel.
 #[inline]
-pub(super) fn accept(ray: &PreparedRay, bounds: &Aabb, hit: TriangleHit) -> Option<TriangleHit> {
+fn accept(ray: &PreparedRay, bounds: &Aabb, hit: TriangleHit) -> Option<TriangleHit> {
     if bounds.is_empty() || hit.t.is_nan() {
         return None;
     }
