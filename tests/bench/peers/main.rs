@@ -16,17 +16,21 @@ mod embree;
 mod frames;
 mod lanes;
 mod lazy;
+#[path = "../common/measure.rs"]
 mod measure;
 #[allow(dead_code, reason = "shared with the tests")]
 #[path = "../../common/meshes.rs"]
 mod meshes;
 mod options;
+#[path = "../common/ours.rs"]
 mod ours;
 #[allow(dead_code, reason = "shared with the tests")]
 #[path = "../../common/random.rs"]
 mod random;
+#[path = "../common/rays.rs"]
 mod rays;
 mod report;
+#[path = "../common/scenes/mod.rs"]
 mod scenes;
 mod splits;
 mod static_scenes;
