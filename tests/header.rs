@@ -13,11 +13,12 @@ use std::fs;
 use std::path::Path;
 
 /// The files of `src/capi` that C sees, in the order of the manual.
-const MANUAL: [&str; 18] = [
+const MANUAL: [&str; 19] = [
     "constants",
     "types",
     "context",
     "state",
+    "frame_parameters",
     "objects",
     "immediate",
     "attributes",

@@ -48,6 +48,7 @@ fn furnished() -> Context {
     cx.viewport(1, 2, 30, 20).unwrap();
     cx.clear_color([0.1, 0.2, 0.3, 1.0]).unwrap();
     cx.samples_per_pixel(4).unwrap();
+    cx.frame_parameter(FrameParameter::Subsampling(2)).unwrap();
     cx
 }
 
@@ -147,6 +148,9 @@ fn table() -> Vec<(&'static str, Call, [ErrorCode; 3])> {
         ("samples_per_pixel(0)", |c| c.samples_per_pixel(0), [VAL, OP, VAL]),
         ("samples_per_pixel(huge)", |c| c.samples_per_pixel(i32::MAX), [VAL, OP, VAL]),
         ("max_depth(-1)", |c| c.max_depth(-1), [VAL, OP, VAL]),
+        ("frame_parameter(no pixels)", |c| c.frame_parameter(FrameParameter::Subsampling(0)), [VAL, OP, VAL]),
+        ("frame_parameter(too many)", |c| c.frame_parameter(FrameParameter::Subsampling(i32::MAX)), [VAL, OP, VAL]),
+        ("get_upsampling", |c| void(c.get_upsampling()), [OK, OP, OK]),
         ("get", |c| void(c.get(State::Viewport)), [OK, OP, OK]),
         ("get_top_level", |c| void(c.get_top_level()), [OK, OP, OK]),
         ("object_parameter(splits of unknown)", |c| c.object_parameter(99, ObjectParameter::SpatialSplits(true)), [VAL, OP, VAL]),

@@ -577,6 +577,14 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_ORIGIN_TOP_LEFT 0x6070
 /** Capability: frames are averaged as long as neither scene nor camera changes. */
 #define RT_ACCUMULATE 0x6071
+/** Frame parameter: one pixel in each block of so many on a side is sampled. */
+#define RT_SUBSAMPLING 0x60B0
+/** Frame parameter: how pixels that are not sampled get their colours. */
+#define RT_UPSAMPLING 0x60B1
+/** Up-sampling: bilinear. The default. */
+#define RT_BILINEAR 0x60B2
+/** Up-sampling: linear in the four triangles around the middle of each block. */
+#define RT_MIDPOINT 0x60B3
 /** State: the current matrix, column by column. */
 #define RT_MATRIX 0x0BA6
 /** State: number of matrices on the stack; at least 1. */
@@ -809,8 +817,8 @@ RTAPI void rtTopLevel(RTenum structure);
  * RT_CURRENT_OBJECT_MODE, RT_SHADER_CLASS_BINDING, RT_SHADER_BINDING, RT_TEXTURE_BINDING_2D, RT_CAMERA,
  * RT_ENVIRONMENT, RT_CURRENT_RENDERING_OBJECT, RT_LIGHT_COUNT, RT_INSTANCE_COUNT, RT_MAX_FRAME_SIZE,
  * RT_MAX_TEXTURE_SIZE, RT_SAMPLES_PER_PIXEL, RT_MAX_SAMPLES, RT_RAY_DEPTH, RT_MAX_RAY_DEPTH, RT_THREADS,
- * RT_RENDERING, RT_FRAME_NUMBER, RT_TOPLEVEL, the capabilities of rtEnable(), and the vertex arrays with their sizes, types
- * and strides.
+ * RT_RENDERING, RT_FRAME_NUMBER, RT_TOPLEVEL, the parameters of rtFrameParameteri(), the capabilities of rtEnable(), and the
+ * vertex arrays with their sizes, types and strides.
  *
  * Numbers that are not integers are rounded.
  *
@@ -837,6 +845,29 @@ RTAPI void rtGetBooleanv(RTenum pname, RTboolean *params);
  * Errors: RT_INVALID_ENUM for another name, RT_INVALID_OPERATION between rtBegin() and rtEnd().
  */
 RTAPI const char *rtGetString(RTenum name);
+
+/* Frame techniques: how a picture is made with fewer rays ------------------------------------------------------- */
+
+/**
+ * Sets how pictures are made from fewer rays, from the next frame on. rtGetIntegerv() gives the values back.
+ *
+ * RT_SUBSAMPLING: only one pixel in each block of param x param is sampled; param is 1, the default, to
+ * RT_MAX_FRAME_SIZE. Columns and rows 0, param, 2 * param ... of the viewport and its last ones are sampled and show what
+ * they show without sub-sampling; pixels in between get colours in between, and depth, normal and names of the nearest
+ * sampled one. It works with every rendering object, with rtSamplesPerPixel() and with RT_ACCUMULATE, which then
+ * count for the sampled pixels. A sub-sampled frame that is cancelled leaves the whole picture as it was.
+ *
+ * RT_UPSAMPLING: how colours in between are found. RT_BILINEAR, the default, or RT_MIDPOINT: linear in each of the four
+ * triangles that meet at the middle of a block, where the colour is the mean of the corners (Larsson and Akenine-Moller
+ * 2003).
+ *
+ * Errors: RT_INVALID_ENUM for another parameter or an unknown constant as its value, RT_INVALID_VALUE for a number out of
+ * range, RT_INVALID_OPERATION between rtBegin() and rtEnd().
+ */
+RTAPI void rtFrameParameteri(RTenum pname, RTint param);
+
+/** See rtFrameParameteri(); values are rounded. */
+RTAPI void rtFrameParameterf(RTenum pname, RTfloat param);
 
 /* Objects and their instances ----------------------------------------------------------------------------------- */
 

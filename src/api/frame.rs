@@ -307,6 +307,8 @@ impl Context {
             top_level: self.settings.top_level,
             srgb: self.settings.srgb,
             accumulate: self.settings.accumulate,
+            subsampling: self.settings.subsampling,
+            upsampling: self.settings.upsampling,
             ..FrameDesc::default()
         })
     }

@@ -13,6 +13,7 @@ mod context;
 mod error;
 mod frame;
 mod frame_content;
+mod frame_parameter;
 mod immediate;
 mod matrices;
 mod matrix_stack;
@@ -34,6 +35,7 @@ pub use context::{Config, Context, ErrorCallback};
 pub use error::{Error, ErrorCode, Result};
 pub use frame::{CancelHandle, FrameCallback, PixelKind};
 pub use frame_content::IMMEDIATE_OBJECT;
+pub use frame_parameter::FrameParameter;
 pub use matrix_stack::MAX_DEPTH as MAX_MATRIX_DEPTH;
 pub use objects::{Mode, ObjectInfo, ObjectParameter};
 pub use state::{Capability, MAX_RAY_DEPTH, MAX_SAMPLES, State, StateString, StateValue};
@@ -51,7 +53,7 @@ pub use crate::frame::{FrameStats, PixelFormat, PixelSink, Target, TargetLayout}
 pub use crate::scene::{
     CameraShader, EnvironmentShader, Filter, LazyShape, LightSample, LightShader, Motion, Name, ParamDef, ParamScope,
     ParamType, ParamValue, PrimaryRay, Program, ShaderClass, ShaderKind, ShadingContext, Strategy, SurfacePoint,
-    SurfaceShader, TextureFormat, TopLevelKind, Wrap,
+    SurfaceShader, TextureFormat, TopLevelKind, Upsampling, Wrap,
 };
 pub use crate::trace::{Hit, Ray};
 

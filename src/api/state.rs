@@ -8,7 +8,7 @@ use super::matrix_stack::MAX_DEPTH;
 use super::objects::Mode;
 use super::target::MAX_FRAME_SIZE;
 use super::textures::MAX_TEXTURE_SIZE;
-use crate::scene::TopLevelKind;
+use crate::scene::{TopLevelKind, Upsampling};
 
 /// Most samples per pixel.
 pub const MAX_SAMPLES: u32 = 1 << 16;
@@ -39,6 +39,8 @@ pub(super) struct Settings {
     pub samples: u32,
     pub max_depth: u32,
     pub top_level: TopLevelKind,
+    pub subsampling: u32,
+    pub upsampling: Upsampling,
     pub frame_callback: Option<FrameCallback>,
 }
 
@@ -51,6 +53,8 @@ impl Default for Settings {
             samples: 1,
             max_depth: 3,
             top_level: TopLevelKind::Auto,
+            subsampling: 1,
+            upsampling: Upsampling::Bilinear,
             frame_callback: None,
         }
     }
@@ -101,12 +105,14 @@ pub enum State {
     Rendering,
     /// Frames started so far.
     FrameNumber,
+    /// See [`super::FrameParameter::Subsampling`].
+    Subsampling,
     Capability(Capability),
 }
 
 impl State {
     /// Everything that can be asked for.
-    pub const ALL: [State; 31] = [
+    pub const ALL: [State; 32] = [
         State::CurrentMatrix,
         State::MatrixDepth,
         State::MaxMatrixDepth,
@@ -135,6 +141,7 @@ impl State {
         State::Threads,
         State::Rendering,
         State::FrameNumber,
+        State::Subsampling,
         State::Capability(Capability::FramebufferSrgb),
         State::Capability(Capability::OriginTopLeft),
         State::Capability(Capability::Accumulate),
@@ -295,6 +302,7 @@ impl Context {
             State::Threads => one(self.backend.threads() as u32),
             State::Rendering => one(u32::from(self.rendering)),
             State::FrameNumber => StateValue::new(&[self.frames as f64]),
+            State::Subsampling => one(self.settings.subsampling),
             State::Capability(capability) => one(u32::from(self.is_enabled(capability)?)),
         })
     }
@@ -341,7 +349,7 @@ impl Context {
     }
 }
 
-fn in_range(value: i32, least: u32, most: u32) -> Result<u32> {
+pub(super) fn in_range(value: i32, least: u32, most: u32) -> Result<u32> {
     u32::try_from(value)
         .ok()
         .filter(|v| (least..=most).contains(v))

@@ -274,6 +274,15 @@ pub const RT_ORIGIN_TOP_LEFT: RTenum = 0x6070;
 /// Capability: frames are averaged as long as neither scene nor camera changes.
 pub const RT_ACCUMULATE: RTenum = 0x6071;
 
+/// Frame parameter: one pixel in each block of so many on a side is sampled.
+pub const RT_SUBSAMPLING: RTenum = 0x60B0;
+/// Frame parameter: how pixels that are not sampled get their colours.
+pub const RT_UPSAMPLING: RTenum = 0x60B1;
+/// Up-sampling: bilinear. The default.
+pub const RT_BILINEAR: RTenum = 0x60B2;
+/// Up-sampling: linear in the four triangles around the middle of each block.
+pub const RT_MIDPOINT: RTenum = 0x60B3;
+
 /// State: the current matrix, column by column.
 pub const RT_MATRIX: RTenum = 0x0BA6;
 /// State: number of matrices on the stack; at least 1.

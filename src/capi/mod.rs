@@ -27,6 +27,7 @@ mod attributes;
 mod colors;
 mod context;
 mod frame;
+mod frame_parameters;
 mod immediate;
 mod matrices;
 mod objects;

@@ -2,6 +2,7 @@
 
 use super::arrays::{ClientArrays, number_of_component};
 use super::constants::*;
+use super::frame_parameters::upsampling_number;
 use super::guard::{Session, c_text, guard, guard_session};
 use super::pointer::OutArray;
 use super::types::*;
@@ -120,6 +121,7 @@ fn state(pname: RTenum) -> Result<State> {
         RT_THREADS => State::Threads,
         RT_RENDERING => State::Rendering,
         RT_FRAME_NUMBER => State::FrameNumber,
+        RT_SUBSAMPLING => State::Subsampling,
         other => match capability(other) {
             Ok(capability) => State::Capability(capability),
             Err(_) => return Err(Error::invalid_enum("not a state that can be asked for")),
@@ -175,6 +177,7 @@ fn get<T: Copy + Default>(
             TopLevelKind::Bsp => RT_BSP,
             TopLevelKind::Bvh => RT_TOPLEVEL_BVH,
         }))]),
+        RT_UPSAMPLING => params.set(&[convert(f64::from(upsampling_number(session.context.get_upsampling()?)))]),
         // The mode of the definition that is open, as rtNewObject() was given it.
         RT_CURRENT_OBJECT_MODE => {
             let open = session.context.get(State::CurrentObject)?.as_slice()[0] != 0.0;
@@ -199,8 +202,8 @@ fn get<T: Copy + Default>(
 /// RT_CURRENT_OBJECT_MODE, RT_SHADER_CLASS_BINDING, RT_SHADER_BINDING, RT_TEXTURE_BINDING_2D, RT_CAMERA,
 /// RT_ENVIRONMENT, RT_CURRENT_RENDERING_OBJECT, RT_LIGHT_COUNT, RT_INSTANCE_COUNT, RT_MAX_FRAME_SIZE,
 /// RT_MAX_TEXTURE_SIZE, RT_SAMPLES_PER_PIXEL, RT_MAX_SAMPLES, RT_RAY_DEPTH, RT_MAX_RAY_DEPTH, RT_THREADS,
-/// RT_RENDERING, RT_FRAME_NUMBER, RT_TOPLEVEL, the capabilities of rtEnable(), and the vertex arrays with their sizes, types
-/// and strides.
+/// RT_RENDERING, RT_FRAME_NUMBER, RT_TOPLEVEL, the parameters of rtFrameParameteri(), the capabilities of rtEnable(), and the
+/// vertex arrays with their sizes, types and strides.
 ///
 /// Numbers that are not integers are rounded.
 ///

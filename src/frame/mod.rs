@@ -10,11 +10,13 @@ pub mod srgb;
 mod encode;
 mod framebuffer;
 mod image_file;
+mod lattice;
 mod pixel_format;
 mod stats;
 
 pub use encode::encode_pixels;
 pub use framebuffer::{Framebuffer, FramebufferError, NO_INSTANCE, Pixel, TILE_PIXELS, TILE_SIZE, TileGrid, TileRect};
 pub use image_file::{ImageFileError, LoadedImage, read_image, write_image};
+pub use lattice::Lattice;
 pub use pixel_format::{PixelFormat, PixelSink, Target, TargetLayout};
 pub use stats::FrameStats;

@@ -7,6 +7,7 @@
 mod error;
 mod renderer;
 mod tile;
+mod upsample;
 
 pub use error::RenderError;
 pub use renderer::Renderer;

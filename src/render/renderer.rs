@@ -2,8 +2,9 @@
 
 use super::error::RenderError;
 use super::tile::{TileJob, TileWorker, aspect};
+use super::upsample::upsample;
 use crate::accel::TwoLevel;
-use crate::frame::{FrameStats, Framebuffer, TILE_PIXELS, Target, TileRect};
+use crate::frame::{FrameStats, Framebuffer, Lattice, TILE_PIXELS, Target, TileRect};
 use crate::scene::{FrameDesc, Scene, Viewport};
 use crate::shade::{Camera, Holes, MAX_LAYERS, RayCounts, ShadeScene, SurfaceUse, TextureCache, compile_camera};
 use crate::simd::Level;
@@ -21,6 +22,8 @@ use std::time::Instant;
 pub struct Renderer {
     world: TwoLevel,
     framebuffer: Framebuffer,
+    /// Of the last sub-sampled frame, the pixels that were sampled.
+    nodes: Framebuffer,
     textures: TextureCache,
     surfaces: SurfaceUse,
     /// Camera and viewport of the last frame, for picking.
@@ -35,6 +38,7 @@ impl Renderer {
         Self {
             world: TwoLevel::new(level),
             framebuffer: Framebuffer::default(),
+            nodes: Framebuffer::default(),
             textures: TextureCache::default(),
             surfaces: SurfaceUse::default(),
             view: (Camera::default(), Viewport::default()),
@@ -74,8 +78,8 @@ impl Renderer {
     /// Renders a frame into the framebuffer, and tile by tile into `target`. Call it inside the pool that shall do
     /// the work.
     ///
-    /// When `cancel` becomes true, tiles not yet begun keep what they showed before, and the statistics say so. On an
-    /// error nothing was rendered.
+    /// When `cancel` becomes true, tiles not yet begun keep what they showed before, and the statistics say so; a sub-sampled
+    /// frame then leaves the whole picture as it was. On an error nothing was rendered.
     pub fn render(
         &mut self,
         scene: &Scene,
@@ -87,6 +91,13 @@ impl Renderer {
         // First, whatever else fails: structures must not stay behind the scene that rays are traced in.
         let mut stats = self.commit(scene, frame)?;
         self.framebuffer.resize(frame.size[0], frame.size[1])?;
+        let Viewport { x, y, width, height } = frame.viewport;
+        let viewport = TileRect { x0: x, y0: y, x1: x.saturating_add(width), y1: y.saturating_add(height) };
+        let lattice = Some(Lattice::new(viewport, frame.subsampling)).filter(|lattice| lattice.step() > 1);
+        if let Some(lattice) = lattice {
+            let [columns, rows] = lattice.nodes();
+            self.nodes.resize(columns, rows)?;
+        }
 
         let render_begin = Instant::now();
         let continues = frame.accumulate
@@ -94,11 +105,22 @@ impl Renderer {
         if !continues {
             // Also of tiles that a cancelled frame will not reach: what they hold belongs to another picture.
             self.framebuffer.tiles_mut().1.fill(0);
+            self.nodes.tiles_mut().1.fill(0);
             self.history = frame.accumulate.then(|| (scene.epoch, frame.clone()));
         }
         let shade_scene = ShadeScene::new(scene, frame, &self.textures, &mut self.surfaces);
-        let job = TileJob::new(&shade_scene, Tracer::new(&self.world), frame);
-        let counts = render_tiles(&mut self.framebuffer, &job, target, cancel);
+        let job = TileJob::new(&shade_scene, Tracer::new(&self.world), frame, frame.subsampling);
+        let counts = match lattice {
+            None => render_tiles(&mut self.framebuffer, &job, viewport, target, cancel),
+            Some(lattice) => {
+                let whole = TileRect { x0: 0, y0: 0, x1: self.nodes.width(), y1: self.nodes.height() };
+                let counts = render_tiles(&mut self.nodes, &job, whole, None, cancel);
+                if counts.skipped == 0 {
+                    upsample(&self.nodes, &lattice, frame, &mut self.framebuffer, viewport, target);
+                }
+                counts
+            }
+        };
         stats.render_seconds = render_begin.elapsed().as_secs_f64();
         stats.total_seconds = begin.elapsed().as_secs_f64();
         stats.primary_rays = counts.rays.primary;
@@ -164,14 +186,19 @@ impl Counts {
     }
 }
 
-fn render_tiles<'a>(fb: &mut Framebuffer, job: &TileJob<'a>, target: Option<&Target>, cancel: &AtomicBool) -> Counts {
+/// Renders the part of `fb` that is in `wanted`.
+fn render_tiles<'a>(
+    fb: &mut Framebuffer,
+    job: &TileJob<'a>,
+    wanted: TileRect,
+    target: Option<&Target>,
+    cancel: &AtomicBool,
+) -> Counts {
     let grid = fb.grid();
-    let Viewport { x, y, width, height } = job.frame.viewport;
-    let viewport = TileRect { x0: x, y0: y, x1: x.saturating_add(width), y1: y.saturating_add(height) };
     let (pixels, rounds) = fb.tiles_mut();
     let one = |worker: &mut TileWorker<'a>, (index, (pixels, rounds)): (usize, (&mut [_], &mut u32))| {
         let rect = grid.rect(index);
-        let visible = rect.intersection(viewport);
+        let visible = rect.intersection(wanted);
         if visible.is_empty() {
             return Counts::default();
         }
@@ -197,7 +224,7 @@ fn render_tiles<'a>(fb: &mut Framebuffer, job: &TileJob<'a>, target: Option<&Tar
 /// Whether two frames of an unchanged scene show the same, so that their samples may be averaged.
 fn same_picture(a: &FrameDesc, b: &FrameDesc) -> bool {
     let settings = |f: &FrameDesc| {
-        (f.camera, f.environment, f.renderer, f.clear_color, f.size, f.viewport, f.samples, f.max_depth)
+        (f.camera, f.environment, f.renderer, f.clear_color, f.size, f.viewport, f.samples, f.max_depth, f.subsampling)
     };
     let same = |(a, b): (&crate::scene::Instance, &crate::scene::Instance)| {
         a.object == b.object && a.world_from_object == b.world_from_object

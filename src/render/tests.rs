@@ -178,6 +178,8 @@ fn check(what: &str, w: &World) -> u32 {
             let wanted = Wanted {
                 pixel,
                 corner: Vec2::new(pixel[0] as f32, pixel[1] as f32),
+                step: 1,
+                last: [SIZE - 1; 2],
                 mask: [u64::MAX, 0xffff_0f0f_3333_0001, 0x8000_0000_0000_0000][number % 3],
                 number: number as u32 % 2,
                 offset: Vec2::new(0.5, 0.25),
@@ -268,15 +270,18 @@ fn rays_of_a_packet_are_those_of_the_camera() {
     for (i, camera) in cameras.into_iter().enumerate() {
         w.frame.camera = camera;
         let camera = compile_camera(&w.scene, &w.frame);
-        for level in Level::available() {
+        for (level, step) in Level::available().flat_map(|level| [(level, 1), (level, 5)]) {
             let mask = 0xffff_00ff_1234_8001;
             let (pixel, offset) = ([16, 8], Vec2::new(0.3, 0.9));
-            let wanted = Wanted { pixel, corner: Vec2::new(13.0, -2.0), mask, number: 5, offset };
+            let corner = Vec2::new(13.0, -2.0);
+            // 13 columns and -2 rows of a viewport of 37 by 23 are before the packet.
+            let wanted = Wanted { pixel, corner, step, last: [16 - 13 + 36, 8 + 2 + 22], mask, number: 5, offset };
             let (size, aspect) = (Vec2::new(37.0, 23.0), 1.7);
             let mut packet = CameraPacket::new();
             packet.aim(&camera, level, &wanted, size, aspect);
             for slot in 0..RayPacket::RAYS {
                 let [x, y] = place(slot);
+                let [x, y] = [(x * step).min(23), (y * step).min(24)];
                 let screen = (wanted.corner + Vec2::new(x as f32, y as f32) + offset) / size;
                 let lens = Rng::new(pixel[0] + x, pixel[1] + y, 5).next_vec2();
                 let ray = camera.primary_ray(screen, aspect, lens).filter(|_| mask >> slot & 1 == 1);

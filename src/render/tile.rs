@@ -2,6 +2,9 @@
 //!
 //! A tile is four packets of 8×8 pixels, whose rays are made, traced and shaded together (one per pixel at a time). A frame of one
 //! sample per pixel that averages nothing writes its pixels at once; sums are kept for the others only.
+//!
+//! Of a sub-sampled frame a tile holds nodes ([`crate::frame::Lattice`]) instead of neighbouring pixels: the packets are
+//! packets still, of rays that are farther apart.
 
 use crate::frame::{Pixel, TILE_PIXELS, TILE_SIZE, TileRect};
 use crate::scene::{FrameDesc, Viewport};
@@ -19,6 +22,9 @@ pub struct TileJob<'a> {
     pub frame: &'a FrameDesc,
     pub aspect: f32,
     pub cone: Cone,
+    /// Pixels from one stored pixel to the next, and which pixel of the picture the first is.
+    step: u32,
+    base: [u32; 2],
 }
 
 /// What a thread needs from tile to tile.
@@ -33,12 +39,14 @@ pub struct TileWorker<'a> {
 const PACKETS: u32 = TILE_SIZE / PACKET_SIZE;
 
 impl<'a> TileJob<'a> {
-    pub fn new(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>, frame: &'a FrameDesc) -> Self {
+    /// `step` 1 renders pixels of the picture; others render nodes of a lattice over the viewport, which begins at its corner.
+    pub fn new(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>, frame: &'a FrameDesc, step: u32) -> Self {
         let aspect = aspect(frame.viewport);
         // Samples share a pixel's footprint.
         let rows = frame.viewport.height.max(1) as f32 * (frame.samples.max(1) as f32).sqrt();
         let cone = scene.camera.cone(rows, aspect);
-        Self { scene, tracer, frame, aspect, cone }
+        let base = if step == 1 { [0, 0] } else { [frame.viewport.x, frame.viewport.y] };
+        Self { scene, tracer, frame, aspect, cone, step, base }
     }
 
     /// What one thread works with.
@@ -68,19 +76,21 @@ impl<'a> TileJob<'a> {
         let at_once = pattern.len() == 1 && rounds == 0;
         let Viewport { x, y, width, height } = self.frame.viewport;
         let size = Vec2::new(width as f32, height as f32);
+        let last = [x + width - 1, y + height - 1];
         let from = |a: u32, b: u32| (i64::from(a) - i64::from(b)) as f32;
         for packet in 0..PACKETS * PACKETS {
             let [right, up] = [packet % PACKETS * PACKET_SIZE, packet / PACKETS * PACKET_SIZE];
-            let pixel = [origin[0] + right, origin[1] + up];
-            let mask = visible_places(pixel, visible);
+            let stored = [origin[0] + right, origin[1] + up];
+            let mask = visible_places(stored, visible);
             if mask == 0 {
                 continue;
             }
+            let pixel = [0, 1].map(|k| self.base[k] + stored[k] * self.step);
             let first = (up * TILE_SIZE + right) as usize;
             for (i, &offset) in (0..).zip(&pattern) {
                 let number = rounds.wrapping_mul(pattern.len() as u32).wrapping_add(i);
                 let corner = Vec2::new(from(pixel[0], x), from(pixel[1], y));
-                let wanted = Wanted { pixel, corner, mask, number, offset };
+                let wanted = Wanted { pixel, corner, step: self.step, last, mask, number, offset };
                 if i == 0 {
                     // Written by the end of the packet: until then the lines are here.
                     places(first, mask).for_each(|(_, at)| prefetch(&pixels[..], at));

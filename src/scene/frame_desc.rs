@@ -1,6 +1,6 @@
 //! What one frame shows: the part of the scene that is cleared every frame.
 
-use super::{Name, TopLevelKind};
+use super::{Name, TopLevelKind, Upsampling};
 use glam::Affine3A;
 
 /// One placement of an object in one frame. Its number in [`FrameDesc::instances`] is its instance id.
@@ -47,6 +47,10 @@ pub struct FrameDesc {
     pub accumulate: bool,
     /// The structure over the instances; does not change the picture.
     pub top_level: TopLevelKind,
+    /// Only one pixel in each block of so many on a side is sampled, at least 1; 1 samples all.
+    pub subsampling: u32,
+    /// How the others get their colours.
+    pub upsampling: Upsampling,
 }
 
 impl Default for FrameDesc {
@@ -65,6 +69,8 @@ impl Default for FrameDesc {
             srgb: false,
             accumulate: false,
             top_level: TopLevelKind::Auto,
+            subsampling: 1,
+            upsampling: Upsampling::Bilinear,
         }
     }
 }

@@ -15,6 +15,7 @@ mod program;
 mod shader;
 mod texture;
 mod top_level;
+mod upsampling;
 
 pub use command::Command;
 pub use frame_desc::{FrameDesc, Instance, Viewport};
@@ -29,6 +30,7 @@ pub use program::{
 pub use shader::{ParamDef, ParamScope, ParamType, ParamValue, Shader, ShaderClass, ShaderKind};
 pub use texture::{Filter, Texture, TextureFormat, TextureLevel, Wrap};
 pub use top_level::TopLevelKind;
+pub use upsampling::Upsampling;
 
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -34,13 +34,15 @@ const PLACES: [[f32; SLOTS]; 2] = {
     places
 };
 
-/// One camera sample in each of 8×8 pixels.
+/// One camera sample in each of 8×8 pixels, which are neighbours or the nodes of a lattice.
 pub struct CameraPacket {
     pub rays: RayPacket,
     /// The samples that have a ray; the camera leaves the others clear, or nobody has asked for them.
     pub mask: u64,
     /// Column and row of the lower left pixel.
     pixel: [u32; 2],
+    step: u32,
+    last: [u32; 2],
     /// Of the sample, among all that the pixel has ever had.
     number: u32,
 }
@@ -51,6 +53,10 @@ pub struct Wanted {
     /// Column and row of the lower left pixel in the picture, and in the viewport.
     pub pixel: [u32; 2],
     pub corner: Vec2,
+    /// Pixels from one sample to the next. Those that would lie beyond column or row `last` of the picture, which is the
+    /// viewport's last, lie on it.
+    pub step: u32,
+    pub last: [u32; 2],
     /// The samples: bit `s` is that at [`place`] `s`.
     pub mask: u64,
     /// Of the sample, among all that a pixel has ever had, and where it is inside of its pixel.
@@ -60,12 +66,13 @@ pub struct Wanted {
 
 impl CameraPacket {
     pub fn new() -> Self {
-        Self { rays: RayPacket::new(), mask: 0, pixel: [0; 2], number: 0 }
+        Self { rays: RayPacket::new(), mask: 0, pixel: [0; 2], step: 1, last: [0; 2], number: 0 }
     }
 
     /// Makes this the camera rays through `wanted`, in a viewport of `size` pixels.
     pub fn aim(&mut self, camera: &Camera, level: Level, wanted: &Wanted, size: Vec2, aspect: f32) {
         (self.pixel, self.number) = (wanted.pixel, wanted.number);
+        (self.step, self.last) = (wanted.step, wanted.last);
         if matches!(camera.kind, Kind::Pinhole(_) | Kind::Orthographic(_)) {
             run_wide(level, Aim { packet: self, camera, wanted, size, aspect });
             return;
@@ -73,8 +80,9 @@ impl CameraPacket {
         self.mask = 0;
         let has_lens = camera.has_lens();
         for slot in bits(wanted.mask) {
-            let [x, y] = [PLACES[0][slot], PLACES[1][slot]];
-            let screen = (wanted.corner + Vec2::new(x, y) + wanted.offset) / size;
+            let place = Vec2::new(PLACES[0][slot], PLACES[1][slot]);
+            let pixel = (wanted.corner + place * wanted.step as f32).min(size - 1.0);
+            let screen = (pixel + wanted.offset) / size;
             let lens = if has_lens { self.lens(slot) } else { Vec2::ZERO };
             if let Some(ray) = camera.primary_ray(screen, aspect, lens) {
                 self.rays.set(slot, &Ray::new(ray.origin, ray.direction));
@@ -96,8 +104,9 @@ impl CameraPacket {
     }
 
     fn all_random(&self, slot: usize) -> Rng {
-        let [x, y] = place(slot);
-        Rng::new(self.pixel[0] + x, self.pixel[1] + y, self.number)
+        let place = place(slot);
+        let [x, y] = [0, 1].map(|k| (self.pixel[k] + place[k] * self.step).min(self.last[k]));
+        Rng::new(x, y, self.number)
     }
 }
 
@@ -158,7 +167,8 @@ impl WideKernel for Aim<'_> {
 #[inline(always)]
 fn screen<I: Isa>(isa: Proof<I>, wanted: &Wanted, size: Vec2, k: usize, g: usize) -> Wide<I> {
     let places: &[f32; LANES] = PLACES[k][LANES * g..].first_chunk().expect("eight lanes per row");
-    ((isa.splat(wanted.corner[k]) + isa.load(places)) + isa.splat(wanted.offset[k])) / isa.splat(size[k])
+    let pixel = isa.splat(wanted.corner[k]) + isa.load(places) * isa.splat(wanted.step as f32);
+    (pixel.min(isa.splat(size[k] - 1.0)) + isa.splat(wanted.offset[k])) / isa.splat(size[k])
 }
 
 /// [`Window::at`].

@@ -108,6 +108,13 @@ impl<I: Isa> Wide<I> {
         Wide(unsafe { self.0.sqrt() })
     }
 
+    /// `if self < other { self } else { other }`.
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        // SAFETY: as in `store`.
+        Wide(unsafe { self.0.min(other.0) })
+    }
+
     /// `if self > other { self } else { other }`.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
