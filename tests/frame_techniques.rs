@@ -230,7 +230,7 @@ fn frames_that_accumulate_do_so_in_the_nodes() {
     let [x0, y0, width, height] = VIEWPORT;
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
         let place = index(x0 + x, y0 + y);
-        let node = |at: u32, end: u32| at % 5 == 0 || at + 1 == end;
+        let node = |at: u32, end: u32| at.is_multiple_of(5) || at + 1 == end;
         assert!(scaled[place] == full[place] || !node(x, width) || !node(y, height), "{x} {y}");
     }
 }
