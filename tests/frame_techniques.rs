@@ -1,9 +1,11 @@
-//! Pictures from fewer rays, through the public Rust API: sub-sampling. The oracle is the picture of all rays.
+//! Pictures from fewer rays, through the public Rust API: sub-sampling, frameless rendering, time budgets, progressive refinement. The
+//! oracle is the picture of all rays. What a clock decides is tested with a clock of its own in `src/render/budget_tests.rs`.
 
 use glam::{DVec3, Vec3};
 use openrt::Context;
 use openrt::api::*;
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 /// Of the picture and of the part that is rendered; no multiple of anything.
 const SIZE: [u32; 2] = [107, 83];
@@ -232,5 +234,139 @@ fn frames_that_accumulate_do_so_in_the_nodes() {
         let place = index(x0 + x, y0 + y);
         let node = |at: u32, end: u32| at.is_multiple_of(5) || at + 1 == end;
         assert!(scaled[place] == full[place] || !node(x, width) || !node(y, height), "{x} {y}");
+    }
+}
+
+#[test]
+fn frameless_frames_visit_every_pixel_once_per_cycle() {
+    for (cycle, subsampling) in [(10, 1), (7, 1), (64, 1), (3, 2)] {
+        let mut world = World::new(2, "whitted", "pinhole");
+        world.set(FrameParameter::Subsampling(subsampling));
+        // An empty scene whose clear colour tells the number of the frame that rendered a pixel.
+        let frame = |world: &mut World, number: u32| {
+            world.cx.clear_color([number as f32, 0.0, 0.0, 1.0]).unwrap();
+            world.cx.render().unwrap().primary_rays
+        };
+        world.set(FrameParameter::Frameless(cycle));
+        let all = frame(&mut world, 0);
+        assert_eq!(subsampling == 1, all == u64::from(VIEWPORT[2] * VIEWPORT[3]), "the first frame is complete");
+        let mut ages = Vec::new();
+        for number in 1..=2 * cycle as u32 {
+            let rays = frame(&mut world, number);
+            let share = all as f64 / f64::from(cycle);
+            assert!((rays as f64) > 0.5 * share && (rays as f64) < 1.6 * share, "{rays} rays in a frame of {share}");
+            if number % cycle as u32 == 0 {
+                ages.push(world.colors().iter().map(|c| c[0]).collect::<Vec<_>>());
+            }
+        }
+        if subsampling == 1 {
+            for (i, (first, second)) in ages[0].iter().zip(&ages[1]).enumerate() {
+                let [x, y] = [i as u32 % SIZE[0], i as u32 / SIZE[0]];
+                let visible = x >= VIEWPORT[0]
+                    && x < VIEWPORT[0] + VIEWPORT[2]
+                    && y >= VIEWPORT[1]
+                    && y < VIEWPORT[1] + VIEWPORT[3];
+                let expected = if visible { first + cycle as f32 } else { 0.0 };
+                assert_eq!(*second, expected, "pixel {x} {y}");
+                assert_eq!(visible, (1.0..=cycle as f32).contains(first), "pixel {x} {y}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_static_cycle_of_frameless_frames_is_the_whole_picture() {
+    for (renderer, subsampling) in [("whitted", 1), ("path", 1), ("ambient_occlusion", 5)] {
+        let mut reference = World::new(2, renderer, "thinlens");
+        reference.set(FrameParameter::Subsampling(subsampling));
+        reference.frame(0.4);
+        let whole = reference.picture();
+        let cycles = [1, 2].map(|threads| {
+            let mut world = World::new(threads, renderer, "thinlens");
+            world.set(FrameParameter::Subsampling(subsampling));
+            world.frame(0.0);
+            world.set(FrameParameter::Frameless(6));
+            (0..6)
+                .map(|number| {
+                    assert!(world.picture() != whole, "{renderer}: before frame {number}");
+                    world.frame(0.4);
+                    world.picture()
+                })
+                .collect::<Vec<_>>()
+        });
+        assert!(cycles[0] == cycles[1], "{renderer}: the same for any threads");
+        assert!(cycles[0].last() == Some(&whole), "{renderer}: a cycle is the whole picture");
+    }
+}
+
+#[test]
+fn frameless_frames_fill_each_of_two_buffers_of_the_application() {
+    let mut world = World::new(2, "whitted", "pinhole");
+    world.set(FrameParameter::Frameless(5));
+    let [width, height] = SIZE;
+    for number in 0..4 {
+        let image = Arc::new(Image(Mutex::new(vec![0; (width * height * 4) as usize])));
+        let layout = TargetLayout {
+            width,
+            height,
+            format: PixelFormat::Rgba8,
+            stride: 4 * width as usize,
+            origin_top_left: false,
+        };
+        world.cx.set_frame_buffer(Some(Target { layout, sink: image.clone() })).unwrap();
+        world.frame(0.1 * f64::from(number));
+        let [x0, y0, w, h] = VIEWPORT;
+        let (read, shown) = (world.read(PixelKind::Color(PixelFormat::Rgba8)), image.0.lock().unwrap().clone());
+        for (x, y) in (y0..y0 + h).flat_map(|y| (x0..x0 + w).map(move |x| (x, y))) {
+            let at = 4 * index(x, y)..4 * index(x, y) + 4;
+            assert_eq!(shown[at.clone()], read[at], "{x} {y}");
+        }
+    }
+}
+
+#[test]
+fn no_time_shows_primary_rays_and_endless_time_the_whole_picture() {
+    for renderer in RENDERERS {
+        let mut world = World::new(2, renderer, "pinhole");
+        world.cx.samples_per_pixel(2).unwrap();
+        let stats = world.frame(0.2);
+        assert_eq!((stats.refined, stats.subsampling), (1.0, 1));
+        let whole = world.picture();
+        world.set(FrameParameter::TimeBudget(Some(Duration::MAX)));
+        assert_eq!(world.frame(0.2).refined, 1.0);
+        assert!(world.picture() == whole, "{renderer}: endless");
+        world.set(FrameParameter::TimeBudget(Some(Duration::ZERO)));
+        let stats = world.frame(0.2);
+        assert_eq!((stats.refined, stats.shadow_rays, stats.secondary_rays), (0.0, 0, 0), "{renderer}");
+        let mut primary = World::new(2, "raycast", "pinhole");
+        primary.frame(0.2);
+        assert!(world.picture() == primary.picture(), "{renderer}: no time");
+    }
+}
+
+#[test]
+fn progressive_frames_sample_smaller_blocks_and_then_average() {
+    for renderer in ["whitted", "path"] {
+        let mut reference = World::new(1, renderer, "pinhole");
+        reference.cx.enable(Capability::Accumulate).unwrap();
+        let averaged = [0, 1].map(|_| {
+            reference.frame(0.3);
+            reference.picture()
+        });
+        let pictures = [1, 2].map(|threads| {
+            let mut world = World::new(threads, renderer, "pinhole");
+            world.cx.enable(Capability::Progressive).unwrap();
+            world.set(FrameParameter::Subsampling(10));
+            let mut frames = |aside, n| -> Vec<(u32, Vec<u8>)> {
+                (0..n).map(|_| (world.frame(aside).subsampling, world.picture())).collect()
+            };
+            assert_eq!(frames(0.0, 3).iter().map(|f| f.0).collect::<Vec<_>>(), [10, 5, 2]);
+            frames(0.3, 5)
+        });
+        assert!(pictures[0] == pictures[1], "{renderer}: the same for any threads");
+        let steps: Vec<u32> = pictures[0].iter().map(|f| f.0).collect();
+        assert_eq!(steps, [10, 5, 2, 1, 1], "a change begins anew");
+        assert!(pictures[0][3].1 == averaged[0] && pictures[0][4].1 == averaged[1], "{renderer}");
+        assert!(averaged[0] != averaged[1]);
     }
 }

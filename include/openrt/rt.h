@@ -256,6 +256,13 @@ typedef struct RTframeStats {
     RTdouble nodesTouched;
     /** Bytes held by acceleration structures. */
     RTdouble structureBytes;
+    /**
+     * Share of the picture, 0 to 1, that was rendered in full; the rest has had only its rays from the camera, for
+     * want of time (see RT_TIME_BUDGET of rtFrameParameteri()).
+     */
+    RTdouble refined;
+    /** One pixel in each block of so many on a side was sampled. */
+    RTuint subsampling;
     /** Objects whose structure was built. */
     RTuint objectsBuilt;
     /** Objects whose structure was brought up to date in place. */
@@ -577,6 +584,11 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_ORIGIN_TOP_LEFT 0x6070
 /** Capability: frames are averaged as long as neither scene nor camera changes. */
 #define RT_ACCUMULATE 0x6071
+/**
+ * Capability: as RT_ACCUMULATE; and if frames are sub-sampled, each next one samples blocks of half the size, as
+ * long as neither scene nor camera changes.
+ */
+#define RT_PROGRESSIVE 0x6072
 /** Frame parameter: one pixel in each block of so many on a side is sampled. */
 #define RT_SUBSAMPLING 0x60B0
 /** Frame parameter: how pixels that are not sampled get their colours. */
@@ -585,6 +597,10 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_BILINEAR 0x60B2
 /** Up-sampling: linear in the four triangles around the middle of each block. */
 #define RT_MIDPOINT 0x60B3
+/** Frame parameter: each frame renders one in so many pixels and keeps the others. */
+#define RT_FRAMELESS 0x60B4
+/** Frame parameter: milliseconds that a frame may take; negative without a limit. */
+#define RT_TIME_BUDGET 0x60B5
 /** State: the current matrix, column by column. */
 #define RT_MATRIX 0x0BA6
 /** State: number of matrices on the stack; at least 1. */
@@ -766,7 +782,8 @@ RTAPI void rtErrorCallback(RTerrorCallback callback, void *userData);
 /* Settings and getters ------------------------------------------------------------------------------------------ */
 
 /**
- * Switches a capability on: RT_FRAMEBUFFER_SRGB, RT_ORIGIN_TOP_LEFT or RT_ACCUMULATE. All begin switched off.
+ * Switches a capability on: RT_FRAMEBUFFER_SRGB, RT_ORIGIN_TOP_LEFT, RT_ACCUMULATE or RT_PROGRESSIVE. All begin
+ * switched off.
  *
  * Errors: RT_INVALID_ENUM for something else, RT_INVALID_OPERATION between rtBegin() and rtEnd().
  */
@@ -861,12 +878,23 @@ RTAPI const char *rtGetString(RTenum name);
  * triangles that meet at the middle of a block, where the colour is the mean of the corners (Larsson and Akenine-Moller
  * 2003).
  *
+ * RT_FRAMELESS: each frame renders one in param pixels, in an order that looks random and gives every pixel its turn once in
+ * param frames; the others keep what older frames left there. param is 1, the default, to 1024. The first frame of a
+ * size, viewport or sub-sampling renders all. Above 1, RT_ACCUMULATE and RT_PROGRESSIVE have no effect.
+ *
+ * RT_TIME_BUDGET: milliseconds from the start of a frame after which it shall be finished; -1, the default, and every negative
+ * number: as long as it takes. All rays from the camera are sent first, and make the picture of the rendering object raycast
+ * with one sample per pixel; then parts of it are rendered in full, from the middle on, until the time is up. A part of
+ * 16 x 16 samples that was begun is finished. So 0 sends rays from the camera only, but for those that shaders of the
+ * application ask for. refined of RTframeStats says which share was rendered in full. While frames are averaged, see rtEnable(), they
+ * go on where the one before stopped.
+ *
  * Errors: RT_INVALID_ENUM for another parameter or an unknown constant as its value, RT_INVALID_VALUE for a number out of
  * range, RT_INVALID_OPERATION between rtBegin() and rtEnd().
  */
 RTAPI void rtFrameParameteri(RTenum pname, RTint param);
 
-/** See rtFrameParameteri(); values are rounded. */
+/** See rtFrameParameteri(); values but RT_TIME_BUDGET are rounded. RT_INVALID_VALUE for NaN. */
 RTAPI void rtFrameParameterf(RTenum pname, RTfloat param);
 
 /* Objects and their instances ----------------------------------------------------------------------------------- */

@@ -309,6 +309,9 @@ impl Context {
             accumulate: self.settings.accumulate,
             subsampling: self.settings.subsampling,
             upsampling: self.settings.upsampling,
+            frameless: self.settings.frameless,
+            time_budget: self.settings.time_budget,
+            progressive: self.settings.progressive,
             ..FrameDesc::default()
         })
     }

@@ -5,6 +5,7 @@ use super::error::Result;
 use super::state::in_range;
 use super::target::MAX_FRAME_SIZE;
 use crate::scene::Upsampling;
+use std::time::Duration;
 
 /// What [`Context::frame_parameter`] sets, for all frames that start from then on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,7 +16,18 @@ pub enum FrameParameter {
     Subsampling(i32),
     /// How the colours in between are found.
     Upsampling(Upsampling),
+    /// Frameless rendering (Bishop 1994): each frame renders one in so many pixels, 1 to [`MAX_FRAMELESS`], in an order that looks random
+    /// and gives every pixel its turn once in so many frames; the others keep what older frames left. The first frame of a size, viewport or sub-sampling is
+    /// complete. 1, the default, renders all. Above 1, frames are not averaged.
+    Frameless(i32),
+    /// When a frame shall be finished, from its start; None, the default, gives it all the time that it takes. With a budget all primary rays are
+    /// sent first, and the picture is as by the rendering object `raycast` with one sample per pixel; then tiles are rendered in full, from the middle on, until
+    /// the time is up. A tile that was begun is finished. [`crate::api::FrameStats::refined`] says how far that went.
+    TimeBudget(Option<Duration>),
 }
+
+/// Most frames of a cycle of frameless rendering.
+pub const MAX_FRAMELESS: u32 = 1024;
 
 impl Context {
     /// Sets a parameter of the frames that start from now on.
@@ -27,6 +39,8 @@ impl Context {
         match parameter {
             FrameParameter::Subsampling(pixels) => self.settings.subsampling = in_range(pixels, 1, MAX_FRAME_SIZE)?,
             FrameParameter::Upsampling(scheme) => self.settings.upsampling = scheme,
+            FrameParameter::Frameless(frames) => self.settings.frameless = in_range(frames, 1, MAX_FRAMELESS)?,
+            FrameParameter::TimeBudget(budget) => self.settings.time_budget = budget,
         }
         Ok(())
     }

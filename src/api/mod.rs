@@ -35,7 +35,7 @@ pub use context::{Config, Context, ErrorCallback};
 pub use error::{Error, ErrorCode, Result};
 pub use frame::{CancelHandle, FrameCallback, PixelKind};
 pub use frame_content::IMMEDIATE_OBJECT;
-pub use frame_parameter::FrameParameter;
+pub use frame_parameter::{FrameParameter, MAX_FRAMELESS};
 pub use matrix_stack::MAX_DEPTH as MAX_MATRIX_DEPTH;
 pub use objects::{Mode, ObjectInfo, ObjectParameter};
 pub use state::{Capability, MAX_RAY_DEPTH, MAX_SAMPLES, State, StateString, StateValue};

@@ -9,6 +9,7 @@ use super::objects::Mode;
 use super::target::MAX_FRAME_SIZE;
 use super::textures::MAX_TEXTURE_SIZE;
 use crate::scene::{TopLevelKind, Upsampling};
+use std::time::Duration;
 
 /// Most samples per pixel.
 pub const MAX_SAMPLES: u32 = 1 << 16;
@@ -25,10 +26,13 @@ pub enum Capability {
     OriginTopLeft,
     /// Frames are averaged as long as neither scene nor camera changes.
     Accumulate,
+    /// As `Accumulate`; and if the frames are sub-sampled, each next one samples blocks of half the size, until all pixels are sampled. Any change
+    /// begins anew.
+    Progressive,
 }
 
 impl Capability {
-    pub const ALL: [Capability; 3] = [Self::FramebufferSrgb, Self::OriginTopLeft, Self::Accumulate];
+    pub const ALL: [Capability; 4] = [Self::FramebufferSrgb, Self::OriginTopLeft, Self::Accumulate, Self::Progressive];
 }
 
 /// Settings that persist and belong to no object.
@@ -41,6 +45,9 @@ pub(super) struct Settings {
     pub top_level: TopLevelKind,
     pub subsampling: u32,
     pub upsampling: Upsampling,
+    pub frameless: u32,
+    pub time_budget: Option<Duration>,
+    pub progressive: bool,
     pub frame_callback: Option<FrameCallback>,
 }
 
@@ -55,6 +62,9 @@ impl Default for Settings {
             top_level: TopLevelKind::Auto,
             subsampling: 1,
             upsampling: Upsampling::Bilinear,
+            frameless: 1,
+            time_budget: None,
+            progressive: false,
             frame_callback: None,
         }
     }
@@ -107,12 +117,16 @@ pub enum State {
     FrameNumber,
     /// See [`super::FrameParameter::Subsampling`].
     Subsampling,
+    /// See [`super::FrameParameter::Frameless`].
+    Frameless,
+    /// In milliseconds; -1 without one. See [`super::FrameParameter::TimeBudget`].
+    TimeBudget,
     Capability(Capability),
 }
 
 impl State {
     /// Everything that can be asked for.
-    pub const ALL: [State; 32] = [
+    pub const ALL: [State; 35] = [
         State::CurrentMatrix,
         State::MatrixDepth,
         State::MaxMatrixDepth,
@@ -142,9 +156,12 @@ impl State {
         State::Rendering,
         State::FrameNumber,
         State::Subsampling,
+        State::Frameless,
+        State::TimeBudget,
         State::Capability(Capability::FramebufferSrgb),
         State::Capability(Capability::OriginTopLeft),
         State::Capability(Capability::Accumulate),
+        State::Capability(Capability::Progressive),
     ];
 }
 
@@ -215,6 +232,7 @@ impl Context {
             Capability::FramebufferSrgb => self.settings.srgb = on,
             Capability::OriginTopLeft => self.settings.origin_top_left = on,
             Capability::Accumulate => self.settings.accumulate = on,
+            Capability::Progressive => self.settings.progressive = on,
         }
         Ok(())
     }
@@ -227,6 +245,7 @@ impl Context {
             Capability::FramebufferSrgb => self.settings.srgb,
             Capability::OriginTopLeft => self.settings.origin_top_left,
             Capability::Accumulate => self.settings.accumulate,
+            Capability::Progressive => self.settings.progressive,
         })
     }
 
@@ -303,6 +322,10 @@ impl Context {
             State::Rendering => one(u32::from(self.rendering)),
             State::FrameNumber => StateValue::new(&[self.frames as f64]),
             State::Subsampling => one(self.settings.subsampling),
+            State::Frameless => one(self.settings.frameless),
+            State::TimeBudget => {
+                StateValue::new(&[self.settings.time_budget.map_or(-1.0, |budget| budget.as_secs_f64() * 1e3)])
+            }
             State::Capability(capability) => one(u32::from(self.is_enabled(capability)?)),
         })
     }

@@ -273,6 +273,9 @@ pub const RT_FRAMEBUFFER_SRGB: RTenum = 0x8DB9;
 pub const RT_ORIGIN_TOP_LEFT: RTenum = 0x6070;
 /// Capability: frames are averaged as long as neither scene nor camera changes.
 pub const RT_ACCUMULATE: RTenum = 0x6071;
+/// Capability: as RT_ACCUMULATE; and if frames are sub-sampled, each next one samples blocks of half the size, as
+/// long as neither scene nor camera changes.
+pub const RT_PROGRESSIVE: RTenum = 0x6072;
 
 /// Frame parameter: one pixel in each block of so many on a side is sampled.
 pub const RT_SUBSAMPLING: RTenum = 0x60B0;
@@ -282,6 +285,10 @@ pub const RT_UPSAMPLING: RTenum = 0x60B1;
 pub const RT_BILINEAR: RTenum = 0x60B2;
 /// Up-sampling: linear in the four triangles around the middle of each block.
 pub const RT_MIDPOINT: RTenum = 0x60B3;
+/// Frame parameter: each frame renders one in so many pixels and keeps the others.
+pub const RT_FRAMELESS: RTenum = 0x60B4;
+/// Frame parameter: milliseconds that a frame may take; negative without a limit.
+pub const RT_TIME_BUDGET: RTenum = 0x60B5;
 
 /// State: the current matrix, column by column.
 pub const RT_MATRIX: RTenum = 0x0BA6;

@@ -252,6 +252,8 @@ pub unsafe extern "C" fn rtGetFrameStats(stats: *mut RTframeStats) {
             subtreesTouched: stats.subtrees_touched as f64,
             nodesTouched: stats.nodes_touched as f64,
             structureBytes: stats.structure_bytes as f64,
+            refined: stats.refined,
+            subsampling: stats.subsampling,
             objectsBuilt: stats.objects_built,
             objectsRefitted: stats.objects_refitted,
             mergedInstances: stats.merged_instances,

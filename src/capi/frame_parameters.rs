@@ -4,6 +4,7 @@ use super::constants::*;
 use super::guard::guard;
 use super::types::*;
 use crate::api::{Context, Error, FrameParameter, Result, Upsampling};
+use std::time::Duration;
 
 fn upsampling(value: RTint) -> Result<Upsampling> {
     match RTenum::try_from(value) {
@@ -24,8 +25,18 @@ fn frame_parameter(cx: &mut Context, pname: RTenum, value: RTint) -> Result<()> 
     cx.frame_parameter(match pname {
         RT_SUBSAMPLING => FrameParameter::Subsampling(value),
         RT_UPSAMPLING => FrameParameter::Upsampling(upsampling(value)?),
+        RT_FRAMELESS => FrameParameter::Frameless(value),
+        RT_TIME_BUDGET => time_budget(value.into())?,
         _ => return Err(Error::invalid_enum("not a parameter of frames")),
     })
+}
+
+/// Negative numbers, and those that are too large to end, are no budget.
+fn time_budget(milliseconds: RTdouble) -> Result<FrameParameter> {
+    if milliseconds.is_nan() {
+        return Err(Error::invalid_value("the time budget is not a number"));
+    }
+    Ok(FrameParameter::TimeBudget(Duration::try_from_secs_f64(milliseconds / 1e3).ok()))
 }
 
 /// Sets how pictures are made from fewer rays, from the next frame on. rtGetIntegerv() gives the values back.
@@ -40,6 +51,17 @@ fn frame_parameter(cx: &mut Context, pname: RTenum, value: RTint) -> Result<()> 
 /// triangles that meet at the middle of a block, where the colour is the mean of the corners (Larsson and Akenine-Moller
 /// 2003).
 ///
+/// RT_FRAMELESS: each frame renders one in param pixels, in an order that looks random and gives every pixel its turn once in
+/// param frames; the others keep what older frames left there. param is 1, the default, to 1024. The first frame of a
+/// size, viewport or sub-sampling renders all. Above 1, RT_ACCUMULATE and RT_PROGRESSIVE have no effect.
+///
+/// RT_TIME_BUDGET: milliseconds from the start of a frame after which it shall be finished; -1, the default, and every negative
+/// number: as long as it takes. All rays from the camera are sent first, and make the picture of the rendering object raycast
+/// with one sample per pixel; then parts of it are rendered in full, from the middle on, until the time is up. A part of
+/// 16 x 16 samples that was begun is finished. So 0 sends rays from the camera only, but for those that shaders of the
+/// application ask for. refined of RTframeStats says which share was rendered in full. While frames are averaged, see rtEnable(), they
+/// go on where the one before stopped.
+///
 /// Errors: RT_INVALID_ENUM for another parameter or an unknown constant as its value, RT_INVALID_VALUE for a number out of
 /// range, RT_INVALID_OPERATION between rtBegin() and rtEnd().
 #[unsafe(no_mangle)]
@@ -47,9 +69,12 @@ pub extern "C" fn rtFrameParameteri(pname: RTenum, param: RTint) {
     guard(|cx| frame_parameter(cx, pname, param))
 }
 
-/// See rtFrameParameteri(); values are rounded.
+/// See rtFrameParameteri(); values but RT_TIME_BUDGET are rounded. RT_INVALID_VALUE for NaN.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtFrameParameterf(pname: RTenum, param: RTfloat) {
-    // A float that is not a number becomes 0, which no parameter accepts.
-    guard(|cx| frame_parameter(cx, pname, param.round() as RTint))
+    // For all others, a float that is not a number becomes 0, which they do not accept.
+    guard(|cx| match pname {
+        RT_TIME_BUDGET => cx.frame_parameter(time_budget(param.into())?),
+        _ => frame_parameter(cx, pname, param.round() as RTint),
+    })
 }

@@ -14,11 +14,13 @@ fn capability(name: RTenum) -> Result<Capability> {
         RT_FRAMEBUFFER_SRGB => Capability::FramebufferSrgb,
         RT_ORIGIN_TOP_LEFT => Capability::OriginTopLeft,
         RT_ACCUMULATE => Capability::Accumulate,
+        RT_PROGRESSIVE => Capability::Progressive,
         _ => return Err(Error::invalid_enum("not a capability")),
     })
 }
 
-/// Switches a capability on: RT_FRAMEBUFFER_SRGB, RT_ORIGIN_TOP_LEFT or RT_ACCUMULATE. All begin switched off.
+/// Switches a capability on: RT_FRAMEBUFFER_SRGB, RT_ORIGIN_TOP_LEFT, RT_ACCUMULATE or RT_PROGRESSIVE. All begin
+/// switched off.
 ///
 /// Errors: RT_INVALID_ENUM for something else, RT_INVALID_OPERATION between rtBegin() and rtEnd().
 #[unsafe(no_mangle)]
@@ -122,6 +124,8 @@ fn state(pname: RTenum) -> Result<State> {
         RT_RENDERING => State::Rendering,
         RT_FRAME_NUMBER => State::FrameNumber,
         RT_SUBSAMPLING => State::Subsampling,
+        RT_FRAMELESS => State::Frameless,
+        RT_TIME_BUDGET => State::TimeBudget,
         other => match capability(other) {
             Ok(capability) => State::Capability(capability),
             Err(_) => return Err(Error::invalid_enum("not a state that can be asked for")),

@@ -99,6 +99,11 @@ pub struct RTframeStats {
     pub nodesTouched: RTdouble,
     /// Bytes held by acceleration structures.
     pub structureBytes: RTdouble,
+    /// Share of the picture, 0 to 1, that was rendered in full; the rest has had only its rays from the camera, for
+    /// want of time (see RT_TIME_BUDGET of rtFrameParameteri()).
+    pub refined: RTdouble,
+    /// One pixel in each block of so many on a side was sampled.
+    pub subsampling: RTuint,
     /// Objects whose structure was built.
     pub objectsBuilt: RTuint,
     /// Objects whose structure was brought up to date in place.

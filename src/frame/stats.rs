@@ -28,6 +28,11 @@ pub struct FrameStats {
     pub merged_instances: u32,
     /// Bytes held by acceleration structures.
     pub structure_bytes: u64,
+    /// Share of the picture that shows all that the frame asks for, 0 to 1; the rest has only had its primary rays, for want
+    /// of time.
+    pub refined: f64,
+    /// One pixel in each block of so many on a side was sampled.
+    pub subsampling: u32,
     /// The frame was cancelled; some tiles keep what they showed before.
     pub cancelled: bool,
 }

@@ -5,6 +5,9 @@
 #![forbid(unsafe_code)]
 
 mod error;
+mod frameless;
+mod history;
+mod passes;
 mod renderer;
 mod tile;
 mod upsample;
@@ -15,5 +18,7 @@ pub use renderer::Renderer;
 /// What the rooms above may know of the shaders.
 pub use crate::shade::builtin_classes;
 
+#[cfg(test)]
+mod budget_tests;
 #[cfg(test)]
 mod tests;

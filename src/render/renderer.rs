@@ -1,24 +1,25 @@
 //! The renderer of one context.
 
 use super::error::RenderError;
-use super::tile::{TileJob, TileWorker, aspect};
+use super::history::{History, Plan};
+use super::passes::{Counts, Passes};
+use super::tile::{TileJob, aspect};
 use super::upsample::upsample;
 use crate::accel::TwoLevel;
-use crate::frame::{FrameStats, Framebuffer, Lattice, TILE_PIXELS, Target, TileRect};
+use crate::frame::{FrameStats, Framebuffer, Lattice, Target, TileRect};
 use crate::scene::{FrameDesc, Scene, Viewport};
-use crate::shade::{Camera, Holes, MAX_LAYERS, RayCounts, ShadeScene, SurfaceUse, TextureCache, compile_camera};
+use crate::shade::{Camera, Holes, MAX_LAYERS, ShadeScene, SurfaceUse, TextureCache, compile_camera};
 use crate::simd::Level;
 use crate::trace::{Hit, Ray, Tracer};
 use glam::Vec2;
-use rayon::prelude::*;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Renders frames of one scene, one after the other, and keeps what the next frame can use again: acceleration
 /// structures, mip-map chains, and the picture.
 ///
 /// The picture depends on nothing but the scene and the frame's description; not on threads, nor on the instruction
-/// set.
+/// set. Only with a time budget does it depend on the time.
 pub struct Renderer {
     world: TwoLevel,
     framebuffer: Framebuffer,
@@ -28,8 +29,7 @@ pub struct Renderer {
     surfaces: SurfaceUse,
     /// Camera and viewport of the last frame, for picking.
     view: (Camera, Viewport),
-    /// What the tiles' averages belong to.
-    history: Option<(u64, FrameDesc)>,
+    history: History,
 }
 
 impl Renderer {
@@ -42,7 +42,7 @@ impl Renderer {
             textures: TextureCache::default(),
             surfaces: SurfaceUse::default(),
             view: (Camera::default(), Viewport::default()),
-            history: None,
+            history: History::default(),
         }
     }
 
@@ -88,47 +88,97 @@ impl Renderer {
         cancel: &AtomicBool,
     ) -> Result<FrameStats, RenderError> {
         let begin = Instant::now();
+        let time_is_up = || frame.time_budget.is_some_and(|budget| begin.elapsed() >= budget);
+        self.render_until(scene, frame, target, cancel, &time_is_up)
+    }
+
+    /// As [`Renderer::render`] by another clock: a frame with a budget is asked before each tile that it refines whether
+    /// `time_is_up`.
+    pub fn render_until(
+        &mut self,
+        scene: &Scene,
+        frame: &FrameDesc,
+        target: Option<&Target>,
+        cancel: &AtomicBool,
+        time_is_up: &(dyn Fn() -> bool + Sync),
+    ) -> Result<FrameStats, RenderError> {
+        let begin = Instant::now();
         // First, whatever else fails: structures must not stay behind the scene that rays are traced in.
         let mut stats = self.commit(scene, frame)?;
-        self.framebuffer.resize(frame.size[0], frame.size[1])?;
-        let Viewport { x, y, width, height } = frame.viewport;
-        let viewport = TileRect { x0: x, y0: y, x1: x.saturating_add(width), y1: y.saturating_add(height) };
-        let lattice = Some(Lattice::new(viewport, frame.subsampling)).filter(|lattice| lattice.step() > 1);
-        if let Some(lattice) = lattice {
-            let [columns, rows] = lattice.nodes();
-            self.nodes.resize(columns, rows)?;
-        }
-
         let render_begin = Instant::now();
-        let continues = frame.accumulate
-            && self.history.as_ref().is_some_and(|(epoch, last)| *epoch == scene.epoch && same_picture(last, frame));
-        if !continues {
-            // Also of tiles that a cancelled frame will not reach: what they hold belongs to another picture.
-            self.framebuffer.tiles_mut().1.fill(0);
-            self.nodes.tiles_mut().1.fill(0);
-            self.history = frame.accumulate.then(|| (scene.epoch, frame.clone()));
+        let plan = self.history.plan(scene.epoch, frame);
+        if let Err(error) = self.make_room(frame, &plan) {
+            self.history = History::default();
+            return Err(error);
         }
-        let shade_scene = ShadeScene::new(scene, frame, &self.textures, &mut self.surfaces);
-        let job = TileJob::new(&shade_scene, Tracer::new(&self.world), frame, frame.subsampling);
-        let counts = match lattice {
-            None => render_tiles(&mut self.framebuffer, &job, viewport, target, cancel),
-            Some(lattice) => {
-                let whole = TileRect { x0: 0, y0: 0, x1: self.nodes.width(), y1: self.nodes.height() };
-                let counts = render_tiles(&mut self.nodes, &job, whole, None, cancel);
-                if counts.skipped == 0 {
-                    upsample(&self.nodes, &lattice, frame, &mut self.framebuffer, viewport, target);
-                }
-                counts
-            }
-        };
+        let counts = self.pixels(scene, frame, &plan, target, cancel, time_is_up, &mut stats);
+        self.history.ended(&plan, counts.skipped > 0);
         stats.render_seconds = render_begin.elapsed().as_secs_f64();
         stats.total_seconds = begin.elapsed().as_secs_f64();
         stats.primary_rays = counts.rays.primary;
         stats.shadow_rays = counts.rays.shadow;
         stats.secondary_rays = counts.rays.secondary;
+        stats.subsampling = plan.step;
         stats.cancelled = counts.skipped > 0;
         (stats.subtrees_touched, stats.nodes_touched) = self.world.touched();
         Ok(stats)
+    }
+
+    /// Makes the framebuffers as large as the frame needs, and empty if nothing in them can be gone on with.
+    fn make_room(&mut self, frame: &FrameDesc, plan: &Plan) -> Result<(), RenderError> {
+        self.framebuffer.resize(frame.size[0], frame.size[1])?;
+        if plan.step > 1 {
+            let [columns, rows] = Lattice::new(rect_of(frame.viewport), plan.step).nodes();
+            self.nodes.resize(columns, rows)?;
+        }
+        if !plan.continues {
+            // Also of tiles that a cancelled frame will not reach: what they hold belongs to another picture.
+            self.framebuffer.tiles_mut().1.fill(0);
+            self.nodes.tiles_mut().1.fill(0);
+        }
+        Ok(())
+    }
+
+    /// Traces and shades the tiles.
+    #[expect(clippy::too_many_arguments, reason = "what a frame is made of")]
+    fn pixels(
+        &mut self,
+        scene: &Scene,
+        frame: &FrameDesc,
+        plan: &Plan,
+        target: Option<&Target>,
+        cancel: &AtomicBool,
+        time_is_up: &(dyn Fn() -> bool + Sync),
+        stats: &mut FrameStats,
+    ) -> Counts {
+        let shade_scene = ShadeScene::new(scene, frame, &self.textures, &mut self.surfaces);
+        let job = TileJob::new(&shade_scene, Tracer::new(&self.world), frame, plan.step);
+        let viewport = rect_of(frame.viewport);
+        let sub_sampled = plan.step > 1;
+        let (stored, wanted) = if sub_sampled {
+            let whole = TileRect { x0: 0, y0: 0, x1: self.nodes.width(), y1: self.nodes.height() };
+            (&mut self.nodes, whole)
+        } else {
+            (&mut self.framebuffer, viewport)
+        };
+        let passes = Passes { wanted, turn: plan.turn, target: target.filter(|_| !sub_sampled), cancel };
+        // Where primary rays are all that is asked for, the first pass has done everything.
+        let at_once = frame.time_budget.is_none() || !plan.continues && job.is_primary_only();
+        let counts = if at_once {
+            passes.all(stored, &job)
+        } else {
+            let mut counts = Counts::default();
+            if plan.wants_primary {
+                counts = passes.primary(stored, &job.primary_only());
+            }
+            counts.plus(passes.refine(stored, &job, time_is_up))
+        };
+        stats.refined = passes.refined(stored);
+        if sub_sampled && counts.skipped == 0 {
+            let lattice = Lattice::new(viewport, plan.step);
+            upsample(&self.nodes, &lattice, frame, &mut self.framebuffer, viewport, target);
+        }
+        counts
     }
 
     /// Queries against the structures of the last [`Renderer::commit`] or [`Renderer::render`].
@@ -166,71 +216,7 @@ impl Renderer {
     }
 }
 
-#[derive(Clone, Copy, Default)]
-struct Counts {
-    rays: RayCounts,
-    /// Tiles left out because the frame was cancelled.
-    skipped: u64,
-}
-
-impl Counts {
-    fn plus(self, other: Self) -> Self {
-        Self {
-            rays: RayCounts {
-                primary: self.rays.primary + other.rays.primary,
-                shadow: self.rays.shadow + other.rays.shadow,
-                secondary: self.rays.secondary + other.rays.secondary,
-            },
-            skipped: self.skipped + other.skipped,
-        }
-    }
-}
-
-/// Renders the part of `fb` that is in `wanted`.
-fn render_tiles<'a>(
-    fb: &mut Framebuffer,
-    job: &TileJob<'a>,
-    wanted: TileRect,
-    target: Option<&Target>,
-    cancel: &AtomicBool,
-) -> Counts {
-    let grid = fb.grid();
-    let (pixels, rounds) = fb.tiles_mut();
-    let one = |worker: &mut TileWorker<'a>, (index, (pixels, rounds)): (usize, (&mut [_], &mut u32))| {
-        let rect = grid.rect(index);
-        let visible = rect.intersection(wanted);
-        if visible.is_empty() {
-            return Counts::default();
-        }
-        if cancel.load(Ordering::Relaxed) {
-            return Counts { skipped: 1, ..Counts::default() };
-        }
-        let rays = job.render(worker, [rect.x0, rect.y0], visible, *rounds, pixels);
-        *rounds = rounds.saturating_add(1);
-        if let Some(target) = target {
-            let color = |x, y| pixels[((y - rect.y0) * crate::frame::TILE_SIZE + x - rect.x0) as usize].color;
-            target.write_rect(visible, job.frame.srgb, color);
-        }
-        Counts { rays, skipped: 0 }
-    };
-    pixels
-        .par_chunks_mut(TILE_PIXELS)
-        .zip(rounds.par_iter_mut())
-        .enumerate()
-        .map_init(|| job.worker(), one)
-        .reduce(Counts::default, Counts::plus)
-}
-
-/// Whether two frames of an unchanged scene show the same, so that their samples may be averaged.
-fn same_picture(a: &FrameDesc, b: &FrameDesc) -> bool {
-    let settings = |f: &FrameDesc| {
-        (f.camera, f.environment, f.renderer, f.clear_color, f.size, f.viewport, f.samples, f.max_depth, f.subsampling)
-    };
-    let same = |(a, b): (&crate::scene::Instance, &crate::scene::Instance)| {
-        a.object == b.object && a.world_from_object == b.world_from_object
-    };
-    settings(a) == settings(b)
-        && a.lights == b.lights
-        && a.instances.len() == b.instances.len()
-        && a.instances.iter().zip(&b.instances).all(same)
+fn rect_of(viewport: Viewport) -> TileRect {
+    let Viewport { x, y, width, height } = viewport;
+    TileRect { x0: x, y0: y, x1: x.saturating_add(width), y1: y.saturating_add(height) }
 }

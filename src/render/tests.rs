@@ -10,9 +10,9 @@ use std::sync::Arc;
 
 const SIZE: u32 = 40;
 
-struct World {
-    scene: Scene,
-    frame: FrameDesc,
+pub(super) struct World {
+    pub scene: Scene,
+    pub frame: FrameDesc,
     next: Name,
 }
 
@@ -20,7 +20,7 @@ fn float(x: f32) -> ParamValue {
     ParamValue::Float([x, 0.0, 0.0, 0.0])
 }
 
-fn vec3(x: f32, y: f32, z: f32) -> ParamValue {
+pub(super) fn vec3(x: f32, y: f32, z: f32) -> ParamValue {
     ParamValue::Float([x, y, z, 0.0])
 }
 
@@ -36,7 +36,7 @@ impl World {
         Self { scene, frame, next: 100 }
     }
 
-    fn shader(&mut self, class: &str, values: &[(&str, ParamValue)]) -> Name {
+    pub fn shader(&mut self, class: &str, values: &[(&str, ParamValue)]) -> Name {
         self.next += 1;
         let (&class_name, class) = self.scene.classes.iter().find(|(_, c)| &*c.name == class).expect("built in");
         let class = class.clone();
@@ -107,7 +107,7 @@ fn ball(with: With, shaders: &[Name]) -> Mesh {
 }
 
 /// Balls of many kinds in a row of rows, over a floor without any attribute.
-fn world(see_through: bool) -> World {
+pub(super) fn world(see_through: bool) -> World {
     let mut w = World::new();
     let image = w.texture();
     let plain = w.shader("diffuse", &[("color", vec3(0.8, 0.3, 0.2)), ("ambient", vec3(0.1, 0.2, 0.3))]);

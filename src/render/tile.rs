@@ -6,6 +6,7 @@
 //! Of a sub-sampled frame a tile holds nodes ([`crate::frame::Lattice`]) instead of neighbouring pixels: the packets are
 //! packets still, of rays that are farther apart.
 
+use super::frameless::Turn;
 use crate::frame::{Pixel, TILE_PIXELS, TILE_SIZE, TileRect};
 use crate::scene::{FrameDesc, Viewport};
 use crate::shade::{
@@ -25,6 +26,8 @@ pub struct TileJob<'a> {
     /// Pixels from one stored pixel to the next, and which pixel of the picture the first is.
     step: u32,
     base: [u32; 2],
+    /// Sends primary rays only, whatever the frame asks for.
+    primary_only: bool,
 }
 
 /// What a thread needs from tile to tile.
@@ -46,33 +49,49 @@ impl<'a> TileJob<'a> {
         let rows = frame.viewport.height.max(1) as f32 * (frame.samples.max(1) as f32).sqrt();
         let cone = scene.camera.cone(rows, aspect);
         let base = if step == 1 { [0, 0] } else { [frame.viewport.x, frame.viewport.y] };
-        Self { scene, tracer, frame, aspect, cone, step, base }
+        Self { scene, tracer, frame, aspect, cone, step, base, primary_only: false }
+    }
+
+    /// The same pixels as the rendering object `raycast` shows them, with one sample each.
+    pub fn primary_only(&self) -> Self {
+        let cone = self.scene.camera.cone(self.frame.viewport.height.max(1) as f32, self.aspect);
+        Self { cone, primary_only: true, ..*self }
+    }
+
+    /// Whether there is nothing in the frame but what [`TileJob::primary_only`] shows.
+    pub fn is_primary_only(&self) -> bool {
+        self.frame.samples <= 1 && self.scene.is_primary_only()
     }
 
     /// What one thread works with.
     pub fn worker(&self) -> TileWorker<'a> {
         TileWorker {
-            worker: Worker::new(self.scene, self.tracer),
+            worker: if self.primary_only {
+                Worker::primary_only(self.scene, self.tracer)
+            } else {
+                Worker::new(self.scene, self.tracer)
+            },
             camera: CameraPacket::new(),
             samples: Samples::new(),
             sums: Box::new([Vec4::ZERO; TILE_PIXELS]),
         }
     }
 
-    /// Renders the pixels of `visible`, a part of the tile at `origin`. `rounds` frames are already averaged in the
-    /// tile; 0 overwrites it.
+    /// Renders the pixels of `visible`, a part of the tile at `origin`, whose `turn` it is. `rounds` frames are already averaged in
+    /// the tile; 0 overwrites it.
     pub fn render(
         &self,
         worker: &mut TileWorker<'a>,
         origin: [u32; 2],
         visible: TileRect,
+        turn: Option<Turn>,
         rounds: u32,
         pixels: &mut [Pixel],
     ) -> RayCounts {
         let TileWorker { worker, camera, samples, sums } = worker;
         let pixels: &mut [Pixel; TILE_PIXELS] = pixels.try_into().expect("a tile is stored whole");
         worker.counts = RayCounts::default();
-        let pattern = pixel_pattern(self.frame.samples.max(1), rounds);
+        let pattern = pixel_pattern(if self.primary_only { 1 } else { self.frame.samples.max(1) }, rounds);
         let at_once = pattern.len() == 1 && rounds == 0;
         let Viewport { x, y, width, height } = self.frame.viewport;
         let size = Vec2::new(width as f32, height as f32);
@@ -81,7 +100,7 @@ impl<'a> TileJob<'a> {
         for packet in 0..PACKETS * PACKETS {
             let [right, up] = [packet % PACKETS * PACKET_SIZE, packet / PACKETS * PACKET_SIZE];
             let stored = [origin[0] + right, origin[1] + up];
-            let mask = visible_places(stored, visible);
+            let mask = visible_places(stored, visible) & turn.map_or(u64::MAX, |turn| turn.places(stored));
             if mask == 0 {
                 continue;
             }

@@ -2,6 +2,7 @@
 
 use super::{Name, TopLevelKind, Upsampling};
 use glam::Affine3A;
+use std::time::Duration;
 
 /// One placement of an object in one frame. Its number in [`FrameDesc::instances`] is its instance id.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +52,12 @@ pub struct FrameDesc {
     pub subsampling: u32,
     /// How the others get their colours.
     pub upsampling: Upsampling,
+    /// In how many frames every pixel is rendered once, at least 1; 1 renders all in each. More averages nothing.
+    pub frameless: u32,
+    /// When the frame shall be finished, from its start. Primary rays are sent in any case, others as long as there is time.
+    pub time_budget: Option<Duration>,
+    /// As `accumulate`; and while neither scene nor camera changes, each frame samples blocks of half the size.
+    pub progressive: bool,
 }
 
 impl Default for FrameDesc {
@@ -71,6 +78,9 @@ impl Default for FrameDesc {
             top_level: TopLevelKind::Auto,
             subsampling: 1,
             upsampling: Upsampling::Bilinear,
+            frameless: 1,
+            time_budget: None,
+            progressive: false,
         }
     }
 }

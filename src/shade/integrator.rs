@@ -28,6 +28,9 @@ const MAX_PATH: u32 = 1 << 16;
 const MAX_SAMPLES: u32 = 1 << 16;
 
 impl Integrator {
+    /// Camera rays and lights, and nothing else.
+    pub const RAYCAST: Self = Self::Whitted { max_depth: 0, shadows: false };
+
     /// The integrator that `shader` names; Whitted's if it names none of ours.
     pub fn new(shader: Option<&Shader>, frame_depth: u32) -> Self {
         let default = Self::Whitted { max_depth: frame_depth.min(MAX_RECURSION), shadows: true };
@@ -38,7 +41,7 @@ impl Integrator {
                 let own = u32::try_from(values.int("max_depth")).unwrap_or(frame_depth);
                 Self::Whitted { max_depth: own.min(MAX_RECURSION), shadows: values.int("shadows") != 0 }
             }
-            "raycast" => Self::Whitted { max_depth: 0, shadows: false },
+            "raycast" => Self::RAYCAST,
             "ambient_occlusion" => {
                 let distance = values.float("distance");
                 Self::AmbientOcclusion {

@@ -258,7 +258,7 @@ impl<'a> Worker<'a> {
     /// Whether samples can be shaded together: not if shadow rays of the frame may meet something that lets them pass in part.
     pub(super) fn find_together(&mut self) -> Option<Together> {
         let scene = self.scene;
-        let Integrator::Whitted { shadows, .. } = scene.integrator else { return None };
+        let Integrator::Whitted { shadows, .. } = self.integrator else { return None };
         let shadows = shadows && !scene.headlight;
         if shadows && scene.see_through {
             return None;

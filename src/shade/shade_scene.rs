@@ -97,6 +97,11 @@ impl<'a> ShadeScene<'a> {
         }
     }
 
+    /// Whether the rendering object of the scene sends no rays but those of the camera.
+    pub fn is_primary_only(&self) -> bool {
+        self.integrator == Integrator::RAYCAST
+    }
+
     #[inline]
     pub fn mesh(&self, instance: u32) -> &'a Mesh {
         self.meshes[instance as usize].expect("only instances of existing objects are hit")

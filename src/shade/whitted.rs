@@ -138,7 +138,7 @@ impl<'a> Worker<'a> {
     #[inline]
     pub(crate) fn lit(&mut self, phong: &Phong, base: Vec3, it: &Interaction, effort: Effort) -> Vec3 {
         let reflected = |direction: Vec3, radiance: Vec3| phong.reflected(base, &it.point, direction, radiance);
-        let shadows = match self.scene.integrator {
+        let shadows = match self.integrator {
             Integrator::Whitted { shadows, .. } => {
                 if self.scene.headlight {
                     return reflected(-it.point.incoming, Vec3::ONE);
@@ -196,7 +196,7 @@ impl<'a> Worker<'a> {
     pub(crate) fn metal_highlight(&mut self, k: f32, it: &Interaction, effort: Effort) -> Vec3 {
         let point = &it.point;
         let mirrored = above(reflect(point.incoming, point.normal), point.geometric_normal);
-        let shadows = !matches!(self.scene.integrator, Integrator::Whitted { shadows: false, .. });
+        let shadows = !matches!(self.integrator, Integrator::Whitted { shadows: false, .. });
         let mut sum = Vec3::ZERO;
         self.direct(it, shadows, effort, |direction, radiance| {
             sum += radiance * (0.5 * (k + 1.0) * direction.dot(mirrored).max(0.0).powf(k));

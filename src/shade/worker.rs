@@ -49,6 +49,7 @@ pub(crate) struct Bounce {
 pub struct Worker<'a> {
     pub(crate) scene: &'a ShadeScene<'a>,
     pub(crate) tracer: Tracer<'a>,
+    pub(crate) integrator: Integrator,
     pub counts: RayCounts,
     pub(crate) rng: Rng,
     pub(crate) seen: Option<Seen>,
@@ -74,10 +75,20 @@ pub(super) const SHADOW_END: f32 = 1.0 - 1e-4;
 
 impl<'a> Worker<'a> {
     pub fn new(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>) -> Self {
+        Self::with_integrator(scene, tracer, scene.integrator)
+    }
+
+    /// Whatever the rendering object of the scene is, a worker that sends no rays but those of the camera.
+    pub fn primary_only(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>) -> Self {
+        Self::with_integrator(scene, tracer, Integrator::RAYCAST)
+    }
+
+    fn with_integrator(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>, integrator: Integrator) -> Self {
         let rng = Rng::new(0, 0, 0);
         let mut worker = Self {
             scene,
             tracer,
+            integrator,
             counts: RayCounts::default(),
             rng,
             seen: None,
@@ -93,7 +104,7 @@ impl<'a> Worker<'a> {
 
     /// Radiance along `ray`, whose closest hit is known: RGB multiplied by coverage, and coverage.
     pub(crate) fn radiance(&mut self, ray: Ray, hit: Option<Hit>, bounce: Bounce) -> Vec4 {
-        match self.scene.integrator {
+        match self.integrator {
             Integrator::Whitted { .. } => self.whitted(ray, hit, bounce),
             Integrator::Path { max_depth, roulette_depth } => self.path(ray, hit, bounce, max_depth, roulette_depth),
             Integrator::AmbientOcclusion { samples, distance } => self.occlusion(ray, hit, bounce, samples, distance),
@@ -105,7 +116,7 @@ impl<'a> Worker<'a> {
     pub(crate) fn bounce(&mut self, it: &Interaction, direction: Vec3, weight: f32, spread: f32, from: Bounce) -> Vec3 {
         let weight = from.weight * weight;
         // Written so that NaN ends here too.
-        if !(weight >= MIN_WEIGHT) || from.depth >= self.scene.integrator.max_depth() || self.budget == 0 {
+        if !(weight >= MIN_WEIGHT) || from.depth >= self.integrator.max_depth() || self.budget == 0 {
             return Vec3::ZERO;
         }
         self.budget -= 1;

@@ -2,8 +2,9 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
-use openrt::api::Strategy;
+use openrt::api::{MAX_FRAMELESS, Strategy};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Looks at, renders and plays scenes: BART/AFF, NFF, OBJ, PLY and glTF.
 #[derive(Debug, Parser)]
@@ -113,6 +114,18 @@ pub struct Options {
     /// Shadows (renderer whitted).
     #[arg(long, value_enum, default_value_t = Switch::On)]
     pub shadows: Switch,
+    /// Sample only one pixel in each block of N x N, and interpolate the others.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub subsampling: u16,
+    /// How they are interpolated.
+    #[arg(long, value_enum, default_value_t = Interpolation::Bilinear)]
+    pub upsampling: Interpolation,
+    /// Milliseconds per frame: after the primary rays of the whole picture, others are followed as long as there is time.
+    #[arg(long, value_name = "MILLISECONDS", value_parser = budget)]
+    pub time_budget: Option<Duration>,
+    /// Render one in N pixels per frame, and keep the others from frames before.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=MAX_FRAMELESS as i64))]
+    pub frameless: u16,
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
@@ -146,6 +159,13 @@ impl Renderer {
             Renderer::Path => "path",
         }
     }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Interpolation {
+    Bilinear,
+    /// Linear in four triangles around the middle of each block.
+    Midpoint,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -211,6 +231,11 @@ fn positive(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|&v| v > 0.0).ok_or_else(|| "expected a positive number".into())
 }
 
+fn budget(text: &str) -> Result<Duration, String> {
+    let seconds = finite(text)? / 1e3;
+    Duration::try_from_secs_f64(seconds).map_err(|_| "expected milliseconds, from 0 on".into())
+}
+
 fn field_of_view(text: &str) -> Result<f64, String> {
     let inside = |v: &f64| *v > 0.0 && *v < 180.0;
     finite(text).ok().filter(inside).ok_or_else(|| "expected degrees between 0 and 180".into())
@@ -249,6 +274,13 @@ mod tests {
         for bad in ["", "5", "5..5", "7..5", "0..9:0", "-1..3", "a..b", "0..99999999999"] {
             assert!(bad.parse::<FrameRange>().is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn budgets() {
+        assert_eq!(budget("16.5").unwrap(), Duration::from_micros(16_500));
+        assert_eq!(budget("0").unwrap(), Duration::ZERO);
+        assert!(budget("-1").is_err() && budget("nan").is_err() && budget("1e300").is_err());
     }
 
     #[test]

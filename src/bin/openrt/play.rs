@@ -170,8 +170,10 @@ fn progress_bar(frames: u64, options: &Options) -> ProgressBar {
 
 fn line(frame: u32, time: f64, stats: &FrameStats) -> String {
     let rate = rays(stats) as f64 / stats.render_seconds.max(1e-9) / 1e6;
+    let refined =
+        if stats.refined < 1.0 { format!("  {:3.0} % refined", stats.refined * 100.0) } else { String::new() };
     format!(
-        "frame {frame:5}  time {time:8.3} s  update {:8.2} ms  render {:9.2} ms  {:10} rays  {rate:7.2} Mrays/s",
+        "frame {frame:5}  time {time:8.3} s  update {:8.2} ms  render {:9.2} ms  {:10} rays  {rate:7.2} Mrays/s{refined}",
         stats.update_seconds * 1e3,
         stats.render_seconds * 1e3,
         rays(stats),

@@ -3,12 +3,15 @@
 //! Everything goes through [`openrt::Context`], as any application would do it: materials become shaders of the class
 //! `phong`, every object is compiled once, and each frame instantiates the visible ones with their matrices of that time.
 
-use crate::args::{Options, Renderer, Switch};
+use crate::args::{Interpolation, Options, Renderer, Switch};
 use crate::scene::{Background, Camera, Deform, Deformed, LightKind, Pose, Projection, SceneFile, View};
 use crate::upload::{Placed, ShaderMaker, decode, define, texture};
 use glam::{DMat4, DVec3, Vec3};
 use openrt::Context;
-use openrt::api::{Capability, Config, Error, FrameStats, Motion, Name, ObjectParameter, PixelFormat, PixelKind};
+use openrt::api::{
+    Capability, Config, Error, FrameParameter, FrameStats, Motion, Name, ObjectParameter, PixelFormat, PixelKind,
+    Upsampling,
+};
 
 pub struct Player {
     context: Context,
@@ -64,6 +67,13 @@ impl Player {
         }
         context.samples_per_pixel(i32::from(options.samples))?;
         context.max_depth(i32::from(options.depth))?;
+        context.frame_parameter(FrameParameter::Subsampling(i32::from(options.subsampling)))?;
+        context.frame_parameter(FrameParameter::Upsampling(match options.upsampling {
+            Interpolation::Bilinear => Upsampling::Bilinear,
+            Interpolation::Midpoint => Upsampling::Midpoint,
+        }))?;
+        context.frame_parameter(FrameParameter::Frameless(i32::from(options.frameless)))?;
+        context.frame_parameter(FrameParameter::TimeBudget(options.time_budget))?;
         let renderer = shaders.make(context, options.renderer.class())?;
         if options.renderer == Renderer::Whitted && options.shadows == Switch::Off {
             let handle = context.parameter_handle("shadows")?;
