@@ -93,11 +93,9 @@ mod tests {
                 }
             }
             patterns.insert(pattern);
-            for i in 0..8 {
-                for j in 1..8 {
-                    same[0] += u32::from(turns[i][j] == turns[i][j - 1]);
-                    same[1] += u32::from(turns[j][i] == turns[j - 1][i]);
-                }
+            for (i, j) in (0..8).flat_map(|i| (1..8).map(move |j| (i, j))) {
+                same[0] += u32::from(turns[i][j] == turns[i][j - 1]);
+                same[1] += u32::from(turns[j][i] == turns[j - 1][i]);
             }
         }
         let pairs = 64.0 * 64.0 * 56.0;
