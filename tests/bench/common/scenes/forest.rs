@@ -57,7 +57,7 @@ impl Tree {
 }
 
 /// A trunk, branches, and single triangles for leaves up to the number wanted.
-fn tree(seed: u64, height: f32) -> Mesh {
+pub fn tree(seed: u64, height: f32) -> Mesh {
     let mut random = Random::new(seed);
     let mut tree = Tree { mesh: Mesh::default(), tips: Vec::new() };
     tree.branch(&mut random, Vec3::ZERO, Vec3::Y, height, 0.05 * height, 4);
@@ -75,7 +75,7 @@ fn tree(seed: u64, height: f32) -> Mesh {
 }
 
 /// A gentle hilly ground.
-fn ground() -> Mesh {
+pub fn ground() -> Mesh {
     let n = 32u32;
     let height = |x: f32, z: f32| 0.5 * ((0.13 * x).sin() + (0.11 * z + 1.0).cos());
     let at = |i: u32| {

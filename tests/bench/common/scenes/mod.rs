@@ -3,11 +3,11 @@
 //! They have the structure and size of the scenes in the papers and in `design.md` §6, not their data. Static measurements
 //! take frame 0.
 
-mod forest;
+pub mod forest;
 mod large;
-mod moving;
+pub mod moving;
 mod robots;
-mod spheres;
+pub mod spheres;
 
 use crate::rays::View;
 use glam::{Affine3A, Vec3};

@@ -9,9 +9,9 @@ use openrt::scene::Motion;
 use std::f32::consts::{PI, TAU};
 
 /// Triangles of S4, as in the largest of the museum scenes.
-const SOUP: usize = 65_536;
+pub const SOUP: usize = 65_536;
 /// Shapes that the soup takes, one per key frame.
-const KEYS: usize = 5;
+pub const KEYS: usize = 5;
 
 /// Where a triangle is in the shape of key frame `key`: a cube, a shell, a ring, a ball, a spiral.
 fn shape(key: usize, random: &mut Random) -> Vec3 {
@@ -39,28 +39,56 @@ fn shape(key: usize, random: &mut Random) -> Vec3 {
     }
 }
 
-/// S4: triangles without neighbours, that meet in another shape at every key frame, each by a way of its own.
-pub fn soup() -> BenchScene {
-    let mut random = Random::new(4);
-    let mut keys = Vec::with_capacity(SOUP);
-    let mut edges = Vec::with_capacity(SOUP);
-    for _ in 0..SOUP {
-        keys.push(std::array::from_fn::<Vec3, KEYS, _>(|key| shape(key, &mut random)));
-        edges.push([random.vec() * 0.03, random.vec() * 0.03]);
+/// Triangles without neighbours, that meet in another shape at every key frame, each by a way of its own.
+pub struct Soup {
+    /// Where each triangle is in every shape, and its edges.
+    places: Vec<([Vec3; KEYS], [Vec3; 2])>,
+}
+
+impl Soup {
+    /// As large together as S4 is, whatever their number.
+    pub fn new(count: usize) -> Soup {
+        let mut random = Random::new(4);
+        let size = 0.03 * (SOUP as f32 / count as f32).sqrt();
+        let one = |_| {
+            let keys = std::array::from_fn(|key| shape(key, &mut random));
+            (keys, [random.vec() * size, random.vec() * size])
+        };
+        Soup { places: (0..count).map(one).collect() }
     }
-    let positions = move |frame: u32| {
-        let time = (frame as f32 / (FRAMES - 1) as f32 * (KEYS - 1) as f32).min((KEYS - 1) as f32);
+
+    pub fn triangles(&self) -> Vec<[u32; 3]> {
+        (0..self.places.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect()
+    }
+
+    /// Corners on the straight way from one shape to the next. Times beyond the last stay there.
+    pub fn corners(&self, time: f32) -> Vec<Vec3> {
         let key = (time as usize).min(KEYS - 2);
-        let part = time - key as f32;
-        // Slow at the key frames.
-        let part = part * part * (3.0 - 2.0 * part);
-        let corners = |(keys, [u, v]): (&[Vec3; KEYS], &[Vec3; 2])| {
+        let part = (time - key as f32).min(1.0);
+        let corners = |(keys, [u, v]): &([Vec3; KEYS], [Vec3; 2])| {
             let at = keys[key].lerp(keys[key + 1], part);
             [at, at + *u, at + *v]
         };
-        keys.iter().zip(&edges).flat_map(corners).collect()
+        self.places.iter().flat_map(corners).collect()
+    }
+}
+
+/// S4.
+pub fn soup() -> BenchScene {
+    soup_of(SOUP, FRAMES)
+}
+
+/// So many triangles, in so many frames from the first shape to the last.
+pub fn soup_of(count: usize, frames: u32) -> BenchScene {
+    let soup = Soup::new(count);
+    let triangles = soup.triangles();
+    let positions = move |frame: u32| {
+        let time = (frame as f32 / (frames - 1) as f32 * (KEYS - 1) as f32).min((KEYS - 1) as f32);
+        let key = (time as usize).min(KEYS - 2) as f32;
+        let part = time - key;
+        // Slow at the key frames.
+        soup.corners(key + part * part * (3.0 - 2.0 * part))
     };
-    let triangles = (0..SOUP as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     BenchScene {
         name: "S4",
         title: "key-framed soup",
@@ -80,6 +108,11 @@ const BALL: f32 = 1.0;
 /// S6: 92,450 triangles of cloth, flat at first and hanging at last, over a ball of 20,480. Nearly isometric: from the pole
 /// the cloth follows the ball up to an angle that grows with time, and goes on along the tangent, with folds.
 pub fn cloth() -> BenchScene {
+    cloth_of(FRAMES)
+}
+
+/// The same fall in so many frames.
+pub fn cloth_of(frames: u32) -> BenchScene {
     let triangles = (0..CLOTH * CLOTH)
         .flat_map(|i| {
             let a = i / CLOTH * (CLOTH + 1) + i % CLOTH;
@@ -87,8 +120,8 @@ pub fn cloth() -> BenchScene {
             [[a, below, a + 1], [a + 1, below, below + 1]]
         })
         .collect();
-    let positions = |frame: u32| {
-        let time = frame as f32 / (FRAMES - 1) as f32;
+    let positions = move |frame: u32| {
+        let time = frame as f32 / (frames - 1) as f32;
         let touching = 0.25 + 1.1 * time;
         let point = |i: u32| {
             let side = |k: u32| (k as f32 / CLOTH as f32 - 0.5) * 3.6;

@@ -62,6 +62,12 @@ pub fn blobs() -> BenchScene {
 
 /// S7: one mesh of 456 spheres of 320 triangles, flying straight on and bouncing off the walls of a box.
 pub fn small_spheres() -> BenchScene {
+    small_spheres_of(FRAMES)
+}
+
+/// The same flight in so many frames.
+pub fn small_spheres_of(frames: u32) -> BenchScene {
+    let pace = FRAMES as f32 / frames as f32;
     let sphere = icosphere(2);
     let mut random = Random::new(7);
     let balls: Vec<(Vec3, Vec3, f32)> =
@@ -72,7 +78,7 @@ pub fn small_spheres() -> BenchScene {
     let positions = move |frame: u32| {
         let ball = |&(start, step, radius): &(Vec3, Vec3, f32)| {
             // Folded into -1..1 as a triangle wave.
-            let far = start + step * frame as f32;
+            let far = start + step * (frame as f32 * pace);
             let centre = far.map(|x| ((x - 1.0).rem_euclid(4.0) - 2.0).abs() - 1.0);
             directions.iter().map(move |d| centre + *d * radius)
         };

@@ -1,0 +1,79 @@
+//! The tables and figures of the four papers, made again: ours beside theirs, on scenes of the same structure and size.
+//!
+//! ```sh
+//! cargo bench --bench papers -- kopta1 --quick
+//! cargo bench --bench papers -- all --quick --pictures target/papers
+//! ```
+//!
+//! Absolute times of machines twenty years apart say nothing: what is compared is ratios within one run, theirs and ours. Every table ends
+//! with a verdict: the goal, and whether it is reached. What the paper measured, on what, and where we differ stands in the head of
+//! the table's file: [`kopta`] (table 1, figures 4 and 7),
+//! [`kopta_pace`] (figure 5), [`larsson`].
+//!
+//! Build it without `CARGO_INCREMENTAL`, as the other bench.
+
+mod animate;
+mod animations;
+mod bounce;
+mod kopta;
+mod kopta_pace;
+mod larsson;
+#[allow(dead_code, reason = "shared with the other bench")]
+#[path = "../common/measure.rs"]
+mod measure;
+#[allow(dead_code, reason = "shared with the tests")]
+#[path = "../../common/meshes.rs"]
+mod meshes;
+mod options;
+#[allow(dead_code, reason = "shared with the other bench")]
+#[path = "../common/ours.rs"]
+mod ours;
+mod plot;
+#[allow(dead_code, reason = "shared with the tests")]
+#[path = "../../common/random.rs"]
+mod random;
+#[allow(dead_code, reason = "shared with the other bench")]
+#[path = "../common/rays.rs"]
+mod rays;
+mod report;
+#[allow(dead_code, reason = "shared with the other bench")]
+#[path = "../common/scenes/mod.rs"]
+mod scenes;
+
+use options::Options;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let options = match Options::parse(std::env::args().skip(1)) {
+        Ok(options) => options,
+        Err(text) => {
+            eprintln!("{text}");
+            return ExitCode::FAILURE;
+        }
+    };
+    if option_env!("CARGO_INCREMENTAL") == Some("1") {
+        println!("!!! BUILT WITH CARGO_INCREMENTAL=1: kernels are cut into 256 units and hardly inlined");
+    }
+    println!("{} thread(s); milliseconds of processor time unless something else is said", options.threads);
+    let mut report = report::Report::default();
+    let mut animations = kopta::Runs::default();
+    for table in &options.tables {
+        match *table {
+            "kopta1" => kopta::table_1(&options, &mut animations, &mut report),
+            "kopta4" => kopta::figure_4(&options, &mut animations, &mut report),
+            "kopta7" => kopta::figure_7(&options, &mut animations, &mut report),
+            "kopta5" => kopta_pace::run(&options, &mut report),
+            "larsson1" => larsson::table_1(&options, &mut report),
+            "larsson2" => larsson::table_2(&options, &mut report),
+            _ => println!("{table}: not yet"),
+        }
+    }
+    report.end();
+    if let Some(path) = &options.json
+        && let Err(error) = std::fs::write(path, report.json())
+    {
+        eprintln!("{}: {error}", path.display());
+        return ExitCode::FAILURE;
+    }
+    ExitCode::SUCCESS
+}
