@@ -28,6 +28,20 @@ pub const ALL: [Animation; 6] = [
     Animation { name: "N-body", make: spheres::small_spheres_of },
 ];
 
+/// The BART museum with so many triangles between its shapes: those, and the hall around them.
+pub fn museum(count: usize, frames: u32) -> BenchScene {
+    let mut bench = moving::soup_of(count, frames);
+    bench.parts.push(Part::rigid(hall(), Motion::Static));
+    bench.place = in_place(2);
+    bench.light = Vec3::new(3.0, 2.2, 2.0);
+    bench
+}
+
+/// 10,000 triangles of walls that bulge, seen from inside.
+pub fn hall() -> Mesh {
+    moved(uv_sphere(72, 72), |p| p.map(|x| x.signum() * x.abs().powf(0.3)) * Vec3::new(6.0, 3.0, 6.0))
+}
+
 /// A mesh under construction.
 #[derive(Default)]
 struct Heap {

@@ -8,16 +8,21 @@
 //! Absolute times of machines twenty years apart say nothing: what is compared is ratios within one run, theirs and ours. Every table ends
 //! with a verdict: the goal, and whether it is reached. What the paper measured, on what, and where we differ stands in the head of
 //! the table's file: [`kopta`] (table 1, figures 4 and 7),
-//! [`kopta_pace`] (figure 5), [`larsson`].
+//! [`kopta_pace`] (figure 5), [`larsson`],
+//! [`wald`] (tables 1 and 2), [`wald_soup`] (table 3), [`wald_clients`] (table 4) and [`wald_levels`] (§6).
 //!
 //! Build it without `CARGO_INCREMENTAL`, as the other bench.
 
 mod animate;
 mod animations;
+mod bart;
 mod bounce;
+mod cluster;
 mod kopta;
 mod kopta_pace;
 mod larsson;
+#[allow(dead_code, unused_imports, reason = "of the program openrt, with its tests")]
+mod loaders;
 #[allow(dead_code, reason = "shared with the other bench")]
 #[path = "../common/measure.rs"]
 mod measure;
@@ -36,9 +41,20 @@ mod random;
 #[path = "../common/rays.rs"]
 mod rays;
 mod report;
+#[allow(dead_code, unused_imports, reason = "of the program openrt, with its tests")]
+#[path = "../../../src/bin/openrt/scene/mod.rs"]
+mod scene;
 #[allow(dead_code, reason = "shared with the other bench")]
 #[path = "../common/scenes/mod.rs"]
 mod scenes;
+mod stage;
+#[allow(dead_code, reason = "of the program openrt")]
+#[path = "../../../src/bin/openrt/upload.rs"]
+mod upload;
+mod wald;
+mod wald_clients;
+mod wald_levels;
+mod wald_soup;
 
 use options::Options;
 use std::process::ExitCode;
@@ -65,6 +81,13 @@ fn main() -> ExitCode {
             "kopta5" => kopta_pace::run(&options, &mut report),
             "larsson1" => larsson::table_1(&options, &mut report),
             "larsson2" => larsson::table_2(&options, &mut report),
+            "wald1" => wald::table_1(&options, &mut report),
+            "wald2" => wald::table_2(&options, &mut report),
+            "wald4" => {
+                wald_clients::run(&options, &mut report);
+                wald_levels::run(&options, &mut report);
+            }
+            "wald3" => wald_soup::run(&options, &mut report),
             _ => println!("{table}: not yet"),
         }
     }
