@@ -25,13 +25,13 @@ pub fn load(scene: &str) -> Option<SceneFile> {
 }
 
 /// The scene in a context with so many threads. A frame sends 48 bytes for each object that moves.
-pub fn stage(threads: usize, file: SceneFile) -> Result<Stage, Error> {
+pub fn stage(threads: usize, size: [u32; 3], file: SceneFile) -> Result<Stage, Error> {
     let moving = file.moving_nodes();
     let moves = |object: &crate::scene::Object| moving[object.node as usize];
     let bytes = 48.0 * file.objects.iter().filter(|o| moves(o)).count() as f64;
     let motions: Vec<Motion> =
         file.objects.iter().map(|o| if moves(o) { Motion::Affine } else { Motion::Static }).collect();
-    Stage::new(threads, bytes, move |context| {
+    Stage::new(threads, size, bytes, move |context| {
         let mut shaders = ShaderMaker::default();
         let mut textures: Vec<Name> = Vec::new();
         for source in &file.textures {

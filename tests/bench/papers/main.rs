@@ -72,6 +72,7 @@ fn main() -> ExitCode {
     }
     println!("{} thread(s); milliseconds of processor time unless something else is said", options.threads);
     let mut report = report::Report::default();
+    let mut scenes = wald::Scenes::default();
     let mut animations = kopta::Runs::default();
     for table in &options.tables {
         match *table {
@@ -81,10 +82,10 @@ fn main() -> ExitCode {
             "kopta5" => kopta_pace::run(&options, &mut report),
             "larsson1" => larsson::table_1(&options, &mut report),
             "larsson2" => larsson::table_2(&options, &mut report),
-            "wald1" => wald::table_1(&options, &mut report),
-            "wald2" => wald::table_2(&options, &mut report),
+            "wald1" => wald::table_1(&options, &mut scenes, &mut report),
+            "wald2" => wald::table_2(&options, &mut scenes, &mut report),
             "wald4" => {
-                wald_clients::run(&options, &mut report);
+                wald_clients::run(&options, &mut scenes, &mut report);
                 wald_levels::run(&options, &mut report);
             }
             "wald3" => wald_soup::run(&options, &mut report),

@@ -14,7 +14,7 @@ use crate::options::Options;
 use crate::plot::{Panel, Series};
 use crate::report::{Report, head};
 use crate::stage::Look;
-use crate::wald::{Show, kitchen, mean_rate, robots};
+use crate::wald::{Scenes, Show, kitchen, mean_rate, robots};
 use crate::{kopta, scenes};
 use openrt::api::Result;
 
@@ -55,24 +55,23 @@ const ROWS: [Row; 6] = [
 /// Part of the paper's scaling that counts as as good.
 const NEARLY: f64 = 0.9;
 
-pub fn run(options: &Options, report: &mut Report) {
+pub fn run(options: &Options, scenes: &mut Scenes, report: &mut Report) {
     head("wald4", "frames per second over clients (simulated from measured tile times)");
-    if let Err(error) = try_run(options, report) {
+    if let Err(error) = try_run(options, scenes, report) {
         report.verdict("wald4", false, &format!("a scene cannot be rendered: {error}"));
     }
 }
 
-fn try_run(options: &Options, report: &mut Report) -> Result<()> {
+fn try_run(options: &Options, scenes: &mut Scenes, report: &mut Report) -> Result<()> {
     // How much faster our processors are, by the robots without secondary rays.
     let mut faster = None;
     let mut panels = Vec::new();
     // Least of ours over the paper's, by unicast, and by broadcast.
     let mut worst = [(f64::INFINITY, String::new()), (f64::INFINITY, String::new())];
     for row in &ROWS {
-        let show = (row.make)(options.quick);
-        let mut stage = (show.make)(1)?;
-        for (look, theirs) in Look::BOTH.into_iter().zip(row.paper) {
-            let works = show.works(&mut stage, look)?;
+        let measured = scenes.get(row.name, || (row.make)(options.quick))?;
+        for ((look, theirs), measured) in Look::BOTH.into_iter().zip(row.paper).zip(measured) {
+            let works = measured.works;
             let one = |work: &Work| 1.0 / work.seconds(2);
             let faster = *faster.get_or_insert(mean_rate(&works, one) / theirs[0]);
             let rates = [Sending::Unicast, Sending::Broadcast]
