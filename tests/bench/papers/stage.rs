@@ -9,8 +9,8 @@ use glam::{DMat4, DVec3, Vec3};
 use openrt::Context;
 use openrt::api::{Config, FrameStats, Mode, Motion, Name, Result, TriangleMesh};
 
-/// Width, height and the side of a tile, in pixels: of the paper's picture, and of one for quick runs that has as many tiles.
-pub const PAPER: [u32; 3] = [640, 480, 32];
+/// Width, height and the side of a tile, in pixels: of the paper's picture, and of one for quick runs, which has a quarter of the tiles.
+pub const PAPER: [u32; 3] = [640, 480, 16];
 pub const QUICK: [u32; 3] = [320, 240, 16];
 
 /// Where the camera is, with +y of the picture along `up`.

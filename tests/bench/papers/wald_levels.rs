@@ -89,10 +89,15 @@ pub fn run(options: &Options, report: &mut Report) {
             bench(pieces, Motion::Affine),
         ];
         let mut ours = worlds.each_ref().map(|bench| Ours::new(bench, 0, &pool));
-        for ours in &mut ours {
-            ours.world.wait_for_merge();
+        for (ours, merges) in ours.iter_mut().zip([false, true, false]) {
             let Ours { scene, instances, world } = ours;
-            pool.install(|| world.update(scene, instances));
+            // Merged once they have rested for a while.
+            for _ in 0..8 {
+                pool.install(|| world.update(scene, instances));
+            }
+            world.wait_for_merge();
+            let merged = pool.install(|| world.update(scene, instances)).merged_instances as usize;
+            assert_eq!(merged, if merges { instances.len() } else { 0 }, "static objects are merged");
         }
         let view = &worlds[0];
         let size = if options.quick { [320, 240] } else { [640, 480] };
