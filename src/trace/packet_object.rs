@@ -43,7 +43,7 @@ pub(super) unsafe fn traverse_object<I: Shells, const ANY: bool>(
 }
 
 impl<I: Shells, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
-    const FEW: u32 = 2;
+    const FEW: u32 = 4;
 
     #[inline(always)]
     unsafe fn test(&mut self, leaf: ChildRef, mask: u64, down: [bool; 3], found: &mut Found) -> bool {

@@ -173,7 +173,7 @@ struct LazyLeaves<'a, I: Isa, const ANY: bool> {
 }
 
 impl<I: Shells, const ANY: bool> Leaves<I> for LazyLeaves<'_, I, ANY> {
-    const FEW: u32 = 2;
+    const FEW: u32 = 4;
 
     #[inline(always)]
     unsafe fn test(&mut self, leaf: ChildRef, mask: u64, down: [bool; 3], found: &mut Found) -> bool {

@@ -2,10 +2,10 @@
 //!
 //! ```text
 //! loop: pop a child and the rays that enter it; drop those that have found something nearer
+//!       leaf              → triangles (packet_triangles)
+//!       few rays left     → the single-ray kernel, below this child
 //!       node, rays dense  → one interval test of all children for the whole packet; then 8 rays at a time against each child left
 //!       node, rays sparse → ray by ray against all children
-//!       leaf              → triangles (packet_triangles)
-//!       one ray left      → the single-ray kernel, below this child
 //! ```
 //!
 //! Sharing of node fetches between rays and the bounds test of the whole packet are those of Wald et al. (*Ray Tracing Deformable Scenes using Dynamic
@@ -15,7 +15,8 @@
 //!
 //! Measured (see `packet_batch` for the scenes): prefetching what goes to the stack gives 3 to 10 %, which it does not for one ray: here a child is
 //! rarely left out. The interval test of the packet needs its bounds in lanes; ray by ray they cost a tenth of the time.
-//! Giving two to four rays to the single-ray kernel, rather than the last one, is 2 to 20 % slower. [`DENSE`] 1.5 to 3 are alike.
+//! Giving up to four or six rays to the single-ray kernel, rather than the last one, is 5 to 10 % faster for bounces (it was slower when that kernel took a
+//! sixth more instructions); ten are too many. So is [`ONE_RAY`] by [`EIGHT_RAYS`], another 5 %; [`DENSE`] alone, from 1.5 to 3, changes little.
 //!
 //! Instructions per ray (cloth of 92,000 triangles): camera rays 480, shadow rays 630, diffuse bounces 1130, of which a quarter is spent in
 //! [`entering`]. To give bounces to the single-ray kernel from the root on takes as many instructions and is slower, more so on large meshes, where
@@ -29,8 +30,12 @@ use crate::accel::{ChildRef, Node8, WIDTH};
 use crate::simd::{Isa, Vector, bits};
 use std::mem::MaybeUninit;
 
-/// From this many rays per group, vectors of rays beat vectors of children.
+/// From this many rays per vector the node is tested against the whole packet.
 const DENSE: u32 = 2;
+/// What is left of the node then is tested in vectors of rays or ray by ray, whichever takes fewer instructions: so many for one ray and all children, and
+/// so many for a vector of eight rays and one child.
+const ONE_RAY: u32 = 45;
+const EIGHT_RAYS: u32 = 28;
 
 /// A child to come back to, with the rays that enter it, none of them before `enter`.
 #[derive(Clone, Copy)]
@@ -130,10 +135,6 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
             if rays == 0 {
                 continue;
             }
-            if L::FEW > 0 && rays & (rays - 1) == 0 && !child.is_leaf() {
-                leaves.alone(child, rays.trailing_zeros() as usize, found);
-                continue;
-            }
             if child.is_leaf() {
                 if leaves.test(child, rays, down, found) {
                     let (nearest, greatest) = best_range::<I>(found, mask);
@@ -141,10 +142,21 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
                 }
                 continue;
             }
+            if rays.count_ones() <= L::FEW {
+                for r in bits(rays) {
+                    leaves.alone(child, r, found);
+                }
+                continue;
+            }
             let node = nodes.get_unchecked(child.index());
             let base = depth;
-            if rays.count_ones() >= DENSE * groups_of(rays).count_ones() {
-                let (candidates, by_all, distance) = bounds.test(node, I::F8::splat(least), farthest);
+            let (count, vectors) = (rays.count_ones(), groups_of(rays).count_ones());
+            let (mut candidates, mut by_all, mut distance, mut in_lanes) = (0, 0, [0.0; WIDTH], false);
+            if count >= DENSE * vectors {
+                (candidates, by_all, distance) = bounds.test(node, I::F8::splat(least), farthest);
+                in_lanes = (candidates & !by_all).count_ones() * vectors * EIGHT_RAYS <= count * ONE_RAY;
+            }
+            if in_lanes {
                 for lane in bits(u64::from(candidates)).map(|lane| lane % WIDTH) {
                     let entering = if by_all >> lane & 1 == 1 {
                         rays

@@ -5,6 +5,15 @@
 //! cannot change it. Lanes that f32 does not tell well (there) take the scalar way by f64, the others go on up to the clamped distance:
 //! a ray that starts on a surface meets the edge functions of the triangle it has left, and with the rest of the
 //! test in scalars that alone was a quarter of all instructions of a diffuse bounce.
+//!
+//! # Hits that are surely beyond the ray's interval
+//!
+//! The triangle that a ray has left, and those behind the best hit, need no box: half of what is resolved of a diffuse bounce. Let `R` be the largest
+//! coordinate of the sheared corners (`reach`), `Z` the largest distance of a corner along the ray's longest axis, and `T` the exact weighed
+//! distance. An edge function is wrong by at most `2^-22 R^2`. So if their sum is at least `R^2 / 64`, the weighed distance, by f32 or by f64, is
+//! within `6 * 2^-16 Z + 2^-20 Z` of `T`; below a sum of 1e-30 underflow would add to that. And the ray meets the padded box at `T`, or by rounding
+//! of shear and slab (see [`SLAB_PAD`]) within `16 * 2^-24 Z` of it. The clamped distance lies between the weighed one and there, so it
+//! is within `Z / 4096` of the weighed one, twice that and more. 1e-12 covers what the denormals of a meeting point near the origin lose.
 
 use super::one_ray::OneRay;
 use super::{Hit, PreparedRay, SLAB_PAD, triangle};
@@ -40,11 +49,22 @@ impl<I: Isa> RayLanes<I> {
     }
 }
 
-/// The edge functions of four triangles: `u, v, w` and the corners' depths before the shear.
+/// The edge functions of four triangles: `u, v, w`, the corners' depths before the shear, of opposite sign, and the largest of the corners'
+/// other coordinates after it.
 pub(super) struct Edges<I: Isa> {
     weights: [I::F4; 3],
-    depth: [I::F4; 3],
+    neg_depth: [I::F4; 3],
+    reach: I::F4,
 }
+
+/// Share of the square of `reach` that the sum of the edge functions has where the distance is well known (see the module's head).
+const WELL_SEEN: f32 = 1.0 / 64.0;
+const LEAST_SUM: f32 = 1e-30;
+/// The reciprocal of a larger one loses bits.
+const LARGEST_SUM: f32 = 1e37;
+/// How far a clamped distance is from the weighed one at most, as a share of the farthest corner's distance, and at least.
+const MARGIN: f32 = 1.0 / 4096.0;
+const LEAST_MARGIN: f32 = 1e-12;
 
 /// The lanes that the edge functions leave, if any, and what they have computed.
 ///
@@ -55,11 +75,12 @@ pub(super) unsafe fn edges4<I: Isa>(lanes: &RayLanes<I>, block: &Tri4) -> Option
     let [kx, ky, kz] = lanes.axis;
     // SAFETY: the caller's promise; axes are below 3 (checked by the constructor of `RayLanes`).
     unsafe {
+        // Of opposite sign, all three: the operand that comes from memory is the one that is subtracted. In products of two the sign is gone.
         let sheared = |corner: usize| {
             let p = &block.corners[corner];
-            let z = I::F4::load(p.get_unchecked(kz)).sub(lanes.org[2]);
-            let x = I::F4::load(p.get_unchecked(kx)).sub(lanes.org[0]).sub(lanes.shear[0].mul(z));
-            let y = I::F4::load(p.get_unchecked(ky)).sub(lanes.org[1]).sub(lanes.shear[1].mul(z));
+            let z = lanes.org[2].sub(I::F4::load(p.get_unchecked(kz)));
+            let x = lanes.org[0].sub(I::F4::load(p.get_unchecked(kx))).sub(lanes.shear[0].mul(z));
+            let y = lanes.org[1].sub(I::F4::load(p.get_unchecked(ky))).sub(lanes.shear[1].mul(z));
             [x, y, z]
         };
         let (a, b, c) = (sheared(0), sheared(1), sheared(2));
@@ -71,7 +92,11 @@ pub(super) unsafe fn edges4<I: Isa>(lanes: &RayLanes<I>, block: &Tri4) -> Option
         let least = u.min(v).min(w);
         let most = u.max(v).max(w);
         let candidates = !(least.lt(zero) & zero.lt(most)) & 0xf;
-        (candidates != 0).then_some((candidates, Edges { weights: [u, v, w], depth: [a[2], b[2], c[2]] }))
+        if candidates == 0 {
+            return None;
+        }
+        let reach = a[0].abs().max(a[1].abs()).max(b[0].abs()).max(b[1].abs()).max(c[0].abs()).max(c[1].abs());
+        Some((candidates, Edges { weights: [u, v, w], neg_depth: [a[2], b[2], c[2]], reach }))
     }
 }
 
@@ -95,19 +120,31 @@ pub(super) unsafe fn resolve<I: Isa, const ANY: bool, R: OneRay>(
     // SAFETY: the caller's promise.
     unsafe {
         let (zero, infinity) = (I::F4::splat(0.0), I::F4::splat(f32::INFINITY));
+        // `triangle::weigh`. Of edge functions that are not finite, the sum is not either.
+        let [u, v, w] = edges.weights;
+        let [a, b, c] = edges.neg_depth;
+        let scale = I::F4::splat(-ray.shear(2));
+        let (az, bz, cz) = (scale.mul(a), scale.mul(b), scale.mul(c));
+        let det = u.add(v).add(w);
+        let numerator = u.mul(az).add(v.mul(bz)).add(w.mul(cz));
+        let inv_det = I::F4::splat(1.0).div(det);
+        let t = numerator.mul(inv_det);
+        let (size, top) = (det.abs(), numerator.abs());
+        // Those that the module's head tells of; comparisons with NaN leave a lane in.
+        let tmin = I::F4::splat(ray.tmin());
+        let well_seen = edges.reach.mul(edges.reach).mul(I::F4::splat(WELL_SEEN)).add(I::F4::splat(LEAST_SUM));
+        let margin = az.abs().max(bz.abs()).max(cz.abs()).mul(I::F4::splat(MARGIN)).add(I::F4::splat(LEAST_MARGIN));
+        let beyond = t.add(margin).lt(tmin) | I::F4::splat(best.t).lt(t.sub(margin));
+        let known = well_seen.le(size) & size.le(I::F4::splat(LARGEST_SUM)) & top.lt(infinity);
+        let candidates = candidates & !(beyond & known);
+        if candidates == 0 {
+            return false;
+        }
         // `triangle_bounds` and `least_area` of triangles whose corners are finite and in range, as all in a block are but those
         // that have become NaN (which make sums that are not good).
         let (lo, hi) = bounds4::<I>(block);
         let side = hi[0].sub(lo[0]).max(hi[1].sub(lo[1])).max(hi[2].sub(lo[2]));
         let least_area = side.mul(side).mul(I::F4::splat(LEAST_SEEN)).add(I::F4::splat(f32::MIN_POSITIVE));
-        // `triangle::weigh`. Of edge functions that are not finite, the sum is not either.
-        let [u, v, w] = edges.weights;
-        let [a, b, c] = edges.depth;
-        let scale = I::F4::splat(ray.shear(2));
-        let (az, bz, cz) = (scale.mul(a), scale.mul(b), scale.mul(c));
-        let det = u.add(v).add(w);
-        let numerator = u.mul(az).add(v.mul(bz)).add(w.mul(cz));
-        let (size, top) = (det.abs(), numerator.abs());
         let good = zero.lt(u.abs().min(v.abs()).min(w.abs()))
             & least_area.le(size)
             & size.lt(infinity)
@@ -121,8 +158,6 @@ pub(super) unsafe fn resolve<I: Isa, const ANY: bool, R: OneRay>(
             }
         }
         let candidates = candidates & good;
-        let inv_det = I::F4::splat(1.0).div(det);
-        let t = numerator.mul(inv_det);
         // `triangle::accept`.
         let (mut enter, mut exit) = (I::F4::splat(f32::NEG_INFINITY), infinity);
         for k in 0..3 {
@@ -134,7 +169,7 @@ pub(super) unsafe fn resolve<I: Isa, const ANY: bool, R: OneRay>(
         let exit = exit.mul(I::F4::splat(SLAB_PAD));
         let meets = enter.le(exit) & t.le(t);
         let t = exit.min(enter.max(t));
-        let mut hits = candidates & meets & I::F4::splat(ray.tmin()).le(t) & t.le(I::F4::splat(best.t));
+        let mut hits = candidates & meets & tmin.le(t) & t.le(I::F4::splat(best.t));
         if ANY {
             return hits != 0;
         }
