@@ -109,12 +109,12 @@ where
         let whole = (x - at).abs() < 0.01 && at >= 0.0;
         if whole { panel.names.get(at as usize).copied().unwrap_or("").to_owned() } else { String::new() }
     };
-    let number = |y: &f64| if *y >= 10.0 { format!("{y:.0}") } else { format!("{}", (y * 1e4).round() / 1e4) };
+    let number = |value: &f64| format!("{}", (value * 1e4).round() / 1e4);
     let mut mesh = chart.configure_mesh();
     mesh.x_desc(panel.x).y_desc(panel.y).axis_desc_style(text(13)).label_style(text(12)).light_line_style(WHITE);
     mesh.y_label_formatter(&number);
     if panel.names.is_empty() {
-        mesh.x_label_formatter(&|x| format!("{x}")).draw()?;
+        mesh.x_label_formatter(&number).draw()?;
     } else {
         mesh.x_labels(panel.names.len() + 2).x_label_formatter(&name).disable_x_mesh().draw()?;
     }
