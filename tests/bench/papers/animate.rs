@@ -19,8 +19,8 @@ use rayon::prelude::*;
 /// Rays per call: a tile of 16×16 pixels.
 const CHUNK: usize = 256;
 /// A frame is traced in parts if it takes longer, in seconds.
-const LONG: f64 = 0.12;
-const MOST_PARTS: usize = 16;
+const LONG: f64 = 0.08;
+const MOST_PARTS: usize = 48;
 
 /// What a frame took, in seconds.
 #[derive(Clone, Copy, Debug, Default)]

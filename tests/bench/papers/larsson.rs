@@ -35,7 +35,7 @@ use std::f32::consts::{PI, TAU};
 const BODIES_FRAMES: u32 = 280;
 const MUSEUM_FRAMES: u32 = 300;
 /// Quick runs show one of so many frames, and leave variants out.
-const QUICK_STEP: u32 = 28;
+const QUICK_STEP: u32 = 14;
 const QUICK_VARIANTS: usize = 2;
 
 /// Rays per pixel along a side, and the goals of table 1.
@@ -81,7 +81,7 @@ impl Show {
     fn every(&self, quick: bool, step: u32) -> u32 {
         match (quick, step) {
             (false, _) => 1,
-            (true, 1) => 3 * QUICK_STEP,
+            (true, 1) => 5 * QUICK_STEP,
             (true, _) => QUICK_STEP,
         }
     }

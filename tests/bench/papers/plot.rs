@@ -111,7 +111,12 @@ where
     };
     let number = |value: &f64| format!("{}", (value * 1e4).round() / 1e4);
     let mut mesh = chart.configure_mesh();
-    mesh.x_desc(panel.x).y_desc(panel.y).axis_desc_style(text(13)).label_style(text(12)).light_line_style(WHITE);
+    mesh.x_desc(panel.x)
+        .y_desc(panel.y)
+        .axis_desc_style(text(13))
+        .label_style(text(12))
+        .light_line_style(WHITE)
+        .y_labels(6);
     mesh.y_label_formatter(&number);
     if panel.names.is_empty() {
         mesh.x_label_formatter(&number).draw()?;
