@@ -18,28 +18,31 @@ typedef struct {
     int frames, width, height;
 } Example;
 
+/* Takes one option of the command line: 1 when it is one of ours and its value is good. */
+static inline int exampleOption(Example *e, const char *option, const char *value)
+{
+    if (!strcmp(option, "--out")) {
+        e->out = value;
+        return 1;
+    }
+    if (!strcmp(option, "--frames"))
+        return sscanf(value, "%d", &e->frames) == 1 && e->frames > 0;
+    if (!strcmp(option, "--size"))
+        return sscanf(value, "%dx%d", &e->width, &e->height) == 2 && e->width > 0 && e->height > 0;
+    return 0;
+}
+
 /* Reads the command line; `frames` is what is shown without --frames. */
 static inline Example exampleOptions(int argc, char **argv, int frames)
 {
     Example e = {".", 1, 640, 480};
     int i;
     e.frames = frames;
-    for (i = 1; i < argc; i++) {
-        const char *value = i + 1 < argc ? argv[i + 1] : "";
-        int ok = 1;
-        if (!strcmp(argv[i], "--out"))
-            e.out = value;
-        else if (!strcmp(argv[i], "--frames"))
-            ok = sscanf(value, "%d", &e.frames) == 1 && e.frames > 0;
-        else if (!strcmp(argv[i], "--size"))
-            ok = sscanf(value, "%dx%d", &e.width, &e.height) == 2 && e.width > 0 && e.height > 0;
-        else
-            ok = 0;
-        if (!ok || i + 1 == argc) {
+    for (i = 1; i < argc; i += 2) {
+        if (i + 1 == argc || !exampleOption(&e, argv[i], argv[i + 1])) {
             fprintf(stderr, "usage: %s [--out DIR] [--frames N] [--size WxH]\n", argv[0]);
             exit(2);
         }
-        i++;
     }
     return e;
 }

@@ -31,6 +31,9 @@ const EXAMPLES: &[(&str, Option<u32>)] = &[
     ("robot", Some(1)),
     ("plugin", None),
     ("picking", Some(1)),
+    ("bodies", Some(1)),
+    ("museum", Some(1)),
+    ("nbody", Some(1)),
     ("hello", None),
 ];
 

@@ -10,6 +10,9 @@
 //! pixel shows without sub-sampling, bit for bit; blocks at the right and upper border may be narrower; and nothing is extrapolated. That takes
 //! a node more per row and column than pixels divided by n: at 640 × 480 2 % more rays than 1/25 of the pixels at 5 × 5, 4 % more than 1/100 at 10 × 10.
 //!
+//! Cost: 4.6 ns per pixel bilinearly and 8 by triangles, in one thread: 1.4 and 2.5 ms at 640 × 480 (`c_examples/build/bodies --triangles 180 --subsampling 100
+//! --threads 1`, the least of 30 frames).
+//!
 //! What cannot be interpolated (depth, normal, names) is that of the nearest node.
 
 use super::{Framebuffer, Pixel, TILE_SIZE, TileRect};
