@@ -161,7 +161,7 @@ fn bart_scenes_look_as_they_did() {
     for (name, scene, frame) in [
         ("kitchen", "kitchen/aff/kitchen.aff", "300"),
         ("robots", "robot/aff/Robot.aff", "300"),
-        ("museum", "museum/aff/museum5.aff", "150"),
+        ("bart_museum", "museum/aff/museum5.aff", "150"),
     ] {
         let picture = out.join(format!("{name}.png"));
         let mut command = Command::new(program);
