@@ -24,7 +24,7 @@ use crate::rays::{self, View};
 use crate::report::{Report, head};
 use crate::scenes::{moving, spheres};
 use glam::{Affine3A, Quat, Vec3};
-use openrt::accel::TwoLevel;
+use openrt::accel::{ObjectAccel, Structure, TwoLevel};
 use openrt::scene::{Command, Instance, LazyShape, Mesh, Motion, Name, Scene, Strategy};
 use openrt::simd::Level;
 use openrt::threads::Pool;
@@ -227,6 +227,8 @@ fn animate(show: &Show, options: &Options, step: u32) -> Vec<Times> {
     let size = [640 / step, 480 / step];
     let every = show.every(options.quick, step);
     let mut bodies = Vec::new();
+    // Subtrees that rays had brought up to date by the hybrid method, and all there are.
+    let mut touched = [0, 0];
     // The frame before the first builds.
     for frame in std::iter::once(0).chain((0..show.frames).step_by(every as usize)) {
         let first = rows[0].1.instances().is_empty();
@@ -247,18 +249,32 @@ fn animate(show: &Show, options: &Options, step: u32) -> Vec<Times> {
                 times.push([updating.busiest, tracing.busiest]);
             }
         }
+        let hybrid = &rows[1].1;
+        if !first {
+            touched[0] += hybrid.touched().0;
+            touched[1] += hybrid.objects().iter().map(subtrees).sum::<u64>();
+        }
         if !first && count > 2 {
             let tracer = Tracer::new(&rows[0].1);
             let seen = primary.iter().step_by(7).filter_map(|ray| Some(tracer.intersect(ray)?.object));
             bodies.push(seen.collect::<HashSet<Name>>().len() as u32);
         }
     }
+    let part = touched[0] as f64 / touched[1].max(1) as f64;
+    println!("rays reach {:.0}% of the hybrid method's subtrees", part * 100.0);
     if !bodies.is_empty() {
         let most = bodies.iter().filter(|&&seen| 2 * seen > count).count() * 100 / bodies.len();
         let mean = f64::from(bodies.iter().sum::<u32>()) / bodies.len() as f64;
         println!("primary rays see {mean:.1} of {count} bodies, in {most}% of the frames more than half");
     }
     rows.into_iter().map(|row| row.2).collect()
+}
+
+fn subtrees(object: &ObjectAccel) -> u64 {
+    match object.structure() {
+        Structure::Lazy(lazy) => lazy.segments() as u64,
+        _ => 0,
+    }
 }
 
 fn mean(times: &Times) -> [f64; 2] {
