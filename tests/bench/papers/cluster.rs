@@ -52,7 +52,11 @@ impl Work {
             Sending::Broadcast => 1.0,
         };
         let out = self.bytes * times / (OUT * faster);
-        let pixels = PICTURE / (IN * faster);
-        1.0 / computing.max(out).max(pixels)
+        (1.0 / computing.max(out)).min(pictures(faster))
     }
+}
+
+/// Pictures per second that the server can take in.
+pub fn pictures(faster: f64) -> f64 {
+    IN * faster / PICTURE
 }

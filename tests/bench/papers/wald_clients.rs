@@ -9,7 +9,7 @@
 //! the broadcast that the paper asks for in §8 and our cluster is to have.
 
 use crate::animations;
-use crate::cluster::{Sending, Work};
+use crate::cluster::{Sending, Work, pictures};
 use crate::options::Options;
 use crate::plot::{Panel, Series};
 use crate::report::{Report, head};
@@ -94,7 +94,9 @@ fn try_run(options: &Options, scenes: &mut Scenes, report: &mut Report) -> Resul
             print("the paper", &theirs);
             print("ours, unicast", &rates[0]);
             print("ours, broadcast", &rates[1]);
-            let compared = if theirs[4].is_nan() { 3 } else { 4 };
+            // Where neither server is full of pixels.
+            let free = |i: &usize| !theirs[*i].is_nan() && rates[1][*i] < 0.99 * pictures(faster);
+            let compared = (0..CLIENTS.len()).rfind(free).unwrap_or(0);
             for ((rates, worst), sending) in rates.iter().zip(&mut worst).zip(["unicast", "broadcast"]) {
                 let ratio = rates[compared] / rates[0] / (theirs[compared] / theirs[0]);
                 if ratio < worst.0 {
@@ -130,7 +132,7 @@ fn try_run(options: &Options, scenes: &mut Scenes, report: &mut Report) -> Resul
     kopta::picture(options, "wald4.png", 3, &panels);
     for ((ratio, what), name) in worst.into_iter().zip(["unicast", "broadcast"]) {
         let text = format!(
-            "scaling to 16 clients by {name} {ratio:.2}x the paper's at least ({what}; 8 clients where its network was full; simulated; reached from {NEARLY} on)"
+            "scaling to 16 clients by {name} {ratio:.2}x the paper's at least ({what}; or to as many as fill neither server with pixels; simulated; reached from {NEARLY} on)"
         );
         report.verdict("wald4", ratio >= NEARLY, &text);
     }

@@ -105,7 +105,7 @@ pub fn run(options: &Options, report: &mut Report) {
         let (shadow, bounce) = rays::secondary(&ours[0], &primary, view.light, 1e-3);
         let kinds: [(&[Ray], bool); 3] = [(&primary, false), (&shadow, true), (&bounce, false)];
         let mut best = [[f64::INFINITY; 3]; 3];
-        for _ in 0..if options.quick { 5 } else { 9 } {
+        for _ in 0..if options.quick { 15 } else { 25 } {
             for (best, ours) in best.iter_mut().zip(&ours) {
                 for (best, (rays, any)) in best.iter_mut().zip(kinds) {
                     *best = best.min(trace(&ours.tracer(), rays, any));
