@@ -6,6 +6,9 @@
 //! A vertex that is not a number, or so far out that none of its triangles can be usable, is left out, so the box is finite. A coordinate that is
 //! not a number leaves out itself alone, which the minimum does by itself: the box then contains more than it must. Vertices that no
 //! triangle uses, and those of unusable triangles, count as well.
+//!
+//! *Tried*: four boxes that grow side by side, as a minimum waits for the one before it. Not faster (`cargo bench --bench papers -- larsson1`, update before the first ray:
+//! 1.3 to 1.7 ms of one thread against 1.5 to 1.7 for 737,280 triangles); what is waited for are the vertices.
 
 use super::Aabb;
 use super::aabb::{MAX_COORDINATE, padded};

@@ -101,6 +101,7 @@ where
     let mut chart = ChartBuilder::on(area)
         .caption(&panel.title, text(16))
         .margin(8)
+        .margin_right(22)
         .x_label_area_size(36)
         .y_label_area_size(58)
         .build_cartesian_2d(x, y)?;
