@@ -189,3 +189,30 @@ fn raycast_needs_no_time_beyond_its_primary_rays() {
     assert_eq!((stats.refined, stats.primary_rays), (1.0, PIXELS));
     assert!(picture(&renderer) == without_budget(&w, &w.frame));
 }
+
+#[test]
+fn a_sub_sampled_frame_that_is_cancelled_leaves_the_picture_as_it_was() {
+    let mut w = lit_world("whitted");
+    let mut renderer = Renderer::new(Level::detect());
+    until(&mut renderer, &w, &w.frame, 2, 0);
+    let before = picture(&renderer);
+    w.frame.subsampling = 5;
+    for time_budget in [None, Some(Duration::from_secs(1))] {
+        let frame = FrameDesc { time_budget, ..w.frame.clone() };
+        let stats = renderer.render_until(&w.scene, &frame, None, &AtomicBool::new(true), &|| false).unwrap();
+        assert!(stats.cancelled && stats.refined == 0.0 && picture(&renderer) == before);
+    }
+    // A frame with a budget that is cancelled while it refines keeps its primary rays.
+    w.frame.subsampling = 1;
+    let frame = with_budget(&w);
+    let cancel = AtomicBool::new(false);
+    let pool = Pool::new(Some(1)).unwrap();
+    let cancel_then_go_on = || {
+        cancel.store(true, Ordering::Relaxed);
+        false
+    };
+    let stats = pool.install(|| renderer.render_until(&w.scene, &frame, None, &cancel, &cancel_then_go_on)).unwrap();
+    assert!(stats.cancelled && stats.refined == 0.0);
+    let raycast = w.shader("raycast", &[]);
+    assert!(picture(&renderer) == without_budget(&w, &FrameDesc { renderer: raycast, ..w.frame.clone() }));
+}
