@@ -6,8 +6,9 @@
 //! the frame is a complete picture whenever it ends. Tiles in the middle of the picture come first, in every frame the same, so that
 //! the border between refined and other tiles does not jump about; while frames are averaged, tiles that have had least come before.
 //!
-//! Cost: a refined tile sends its primary rays twice (of a frame by `whitted` they are a fifth). Keeping the hits of all pixels would take 24 bytes
-//! for each, and helps only frames that reach most tiles.
+//! Cost: a refined tile has its primary rays traced and shaded twice. A frame that is refined to its end takes half as many instructions again as one
+//! without a budget (`c_examples/build/bodies --triangles 720 --size 320x240`, counted by callgrind: 112 million for the first pass, 221 for a
+//! frame, 333 for both). Keeping the hits of all pixels would save part of it at 24 bytes for each, and helps only frames that reach most tiles.
 
 use super::frameless::Turn;
 use super::tile::{TileJob, TileWorker};
