@@ -40,7 +40,7 @@ fn promised(strategy: Strategy) -> Option<f64> {
         Strategy::Sah => Some(1.0),
         Strategy::FastBuild => Some(1.35),
         Strategy::Auto | Strategy::Rotate => Some(2.0),
-        Strategy::Bsp | Strategy::Refit | Strategy::Grid | Strategy::Lazy => None,
+        Strategy::Bsp | Strategy::Refit | Strategy::Grid | Strategy::Lazy | Strategy::VisibilityField => None,
     }
 }
 
@@ -145,6 +145,7 @@ fn check_structure(world: &TwoLevel, mesh: &Mesh) -> Result<(), String> {
         Structure::Bvh(bvh) => validate(bvh, mesh),
         Structure::Grid(grid) => grid.validate(mesh),
         Structure::Lazy(lazy) => validate_lazy(lazy, mesh),
+        Structure::Field(field) => field.validate(mesh),
         // Its tree is made by rays, which say whether it is right.
         Structure::Bsp(_) => Ok(()),
     }
@@ -263,7 +264,7 @@ fn structures_do_not_depend_on_the_number_of_threads() {
     let seed = Random::seed(42);
     let mut random = Random::new(seed);
     let mut world = unstructured(meshes::soup(&mut random, 30_000, 0.02));
-    let trees = strategies().filter(|s| !matches!(s, Strategy::Bsp | Strategy::Lazy));
+    let trees = strategies().filter(|s| !matches!(s, Strategy::Bsp | Strategy::Lazy | Strategy::VisibilityField));
     let mut benches = [1, 4].map(|threads| Bench::new(threads, trees.clone()));
     let mut positions = world.scene.objects[&1].mesh.positions.clone();
     for frame in 0..8 {

@@ -132,9 +132,9 @@ fn in_f64(m: &Affine3A) -> DAffine3 {
 /// How many of the rays each pair gets: the slow ones, fewer.
 fn weight(strategy: Strategy, level: Level) -> usize {
     match (strategy, level) {
-        (Strategy::Bsp, Level::Scalar) => 2,
-        // The BSP's kernel is the same on every level.
-        (Strategy::Bsp, _) => 1,
+        (Strategy::Bsp | Strategy::VisibilityField, Level::Scalar) => 2,
+        // Their kernels are the same on every level.
+        (Strategy::Bsp | Strategy::VisibilityField, _) => 1,
         (_, Level::Scalar) => 1,
         (_, Level::Sse41) => 2,
         _ => 4,

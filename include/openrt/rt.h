@@ -409,6 +409,11 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
  */
 #define RT_GRID 0x6018
 /**
+ * Update strategy: visibility field (Khanna, Mortensen, Yu and Slater 2004), tiles that list triangles, for many
+ * directions, drawn when rays ask for them; triangles that move are kept apart. Takes much memory.
+ */
+#define RT_VISIBILITY_FIELD 0x6019
+/**
  * Update strategy: built once, then only what rays reach is brought up to date, when they reach it (Larsson and
  * Akenine-Moeller 2003).
  */
@@ -705,7 +710,7 @@ extern "C" {
  *
  * Variables of the environment: OPENRT_NUM_THREADS (number of worker threads; otherwise as many as the process
  * may use), OPENRT_SIMD (scalar, sse, avx2 or avx512: lowers the instruction set that is used), OPENRT_ACCEL
- * (bsp, sah, fast_build, refit, rotate or grid: an update strategy for all objects), OPENRT_TOPLEVEL (bsp or bvh: the
+ * (bsp, sah, fast_build, refit, rotate, grid, lazy or visibility_field: an update strategy for all objects), OPENRT_TOPLEVEL (bsp or bvh: the
  * structure over the instances), OPENRT_MERGE (now or never: when RT_STATIC instances are merged; otherwise while
  * frames are rendered). Other values are ignored.
  *
@@ -950,7 +955,8 @@ RTAPI RTboolean rtIsObject(RTuint object);
 
 /**
  * Sets a parameter of an object, from the next frame on. RT_UPDATE_STRATEGY: RT_AUTO, RT_BSP, RT_SAH,
- * RT_FAST_BUILD, RT_REFIT, RT_ROTATE, RT_GRID or RT_LAZY. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. RT_LAZY_CUT: the
+ * RT_FAST_BUILD, RT_REFIT, RT_ROTATE, RT_GRID, RT_LAZY or RT_VISIBILITY_FIELD. RT_MOTION: RT_STATIC, RT_AFFINE or
+ * RT_UNSTRUCTURED. RT_LAZY_CUT: the
  * most triangles that a subtree has which RT_LAZY updates when a ray reaches it (1024 at first; 0 for subtrees at half
  * the height). RT_LAZY_LEVELS: how many levels of it are updated at once (0, all, at first). RT_OBJECT_TIME: the
  * time that chooses among key frames, see rtKeyFrame(). None of them changes the picture, but for rounding:

@@ -37,6 +37,7 @@ mod top_level_split;
 mod two_level;
 mod validate;
 mod vertex_box;
+mod visibility;
 
 pub use aabb::{Aabb, MAX_COORDINATE, least_area, triangle_bounds};
 pub(crate) use aabb::{LEAST_SEEN, PAD_ABSOLUTE, PAD_EXTENT, PAD_ULP};
@@ -57,6 +58,9 @@ pub use top_level_bsp::{TOP_MAX_DEPTH, TopLevelBsp, TopNode};
 pub use top_level_bvh::TopLevelBvh;
 pub use two_level::{TopLevel, TwoLevel, UpdateStats};
 pub use validate::validate;
+pub use visibility::{
+    Candidates, Directions, FieldSize, Frame, MOST_LEVELS, Subfield, TileList, TileRef, VisibilityField,
+};
 
 #[cfg(test)]
 mod lazy_tests;

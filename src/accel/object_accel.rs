@@ -20,6 +20,7 @@ use super::lazy::{LazyBvh, Source};
 use super::links::Links;
 use super::rotate::Best;
 use super::strategy::{Method, Moved, WORN};
+use super::visibility::VisibilityField;
 use super::{Aabb, Refit, build_sah};
 use crate::scene::{Mesh, Name, Object, Strategy};
 use glam::Affine3A;
@@ -39,6 +40,7 @@ pub enum Structure {
     Bsp(Bsp),
     Grid(Grid),
     Lazy(LazyBvh),
+    Field(VisibilityField),
 }
 
 impl Structure {
@@ -49,6 +51,7 @@ impl Structure {
             Structure::Bsp(bsp) => bsp.memory_bytes(),
             Structure::Grid(grid) => grid.memory_bytes(),
             Structure::Lazy(lazy) => lazy.memory_bytes(),
+            Structure::Field(field) => field.memory_bytes(),
         }
     }
 }
@@ -142,6 +145,7 @@ impl ObjectAccel {
             Structure::Bsp(bsp) => bsp.bounds(),
             Structure::Grid(grid) => grid.bounds(),
             Structure::Lazy(lazy) => lazy.bounds(),
+            Structure::Field(field) => field.bounds(),
         }
     }
 
@@ -159,14 +163,20 @@ impl ObjectAccel {
         structure + links + rotations + self.scratch.sah.memory_bytes() + self.scratch.fast.memory_bytes()
     }
 
-    /// What rays have had brought up to date since [`ObjectAccel::forget_touched`]: subtrees and nodes.
+    /// What rays have had brought up to date since [`ObjectAccel::forget_touched`]: subtrees and nodes, or subfields and references.
     pub(super) fn touched(&self) -> (u32, u64) {
-        if let Structure::Lazy(lazy) = &self.structure { lazy.touched() } else { (0, 0) }
+        match &self.structure {
+            Structure::Lazy(lazy) => lazy.touched(),
+            Structure::Field(field) => field.touched(),
+            _ => (0, 0),
+        }
     }
 
     pub(super) fn forget_touched(&mut self) {
-        if let Structure::Lazy(lazy) = &mut self.structure {
-            lazy.forget_touched();
+        match &mut self.structure {
+            Structure::Lazy(lazy) => lazy.forget_touched(),
+            Structure::Field(field) => field.forget_touched(),
+            _ => {}
         }
     }
 
@@ -226,6 +236,9 @@ impl ObjectAccel {
             self.scratch = Scratch::default();
             if let (Structure::Lazy(lazy), None) = (&mut self.structure, moved_by(placed)) {
                 lazy.set_source(Source::Scene(Arc::downgrade(&object.mesh)));
+            }
+            if let Structure::Field(field) = &mut self.structure {
+                field.rest();
             }
             return Outcome::Unchanged;
         }
@@ -300,6 +313,9 @@ impl ObjectAccel {
             // Without memory for a partial update it is a complete one.
             let some = moved.and_then(|vertices| lazy.moved_some(mesh, mesh.source(), &vertices).ok());
             return some.or_else(|| lazy.moved(mesh, mesh.source())).map(Outcome::Refitted);
+        }
+        if let Structure::Field(field) = &mut self.structure {
+            return field.moved(mesh, moved.as_deref()).map(Outcome::Refitted);
         }
         if let Some(nodes) = moved.and_then(|vertices| self.refit_moved(mesh, method, &vertices)) {
             return Some(Outcome::Refitted(nodes));
@@ -394,6 +410,11 @@ impl ObjectAccel {
             Method::Grid => {
                 let recycled = if let Structure::Grid(grid) = old { grid } else { Grid::default() };
                 self.structure = Structure::Grid(Grid::new(mesh, recycled)?);
+                0
+            }
+            Method::Field => {
+                let recycled = if let Structure::Field(field) = old { Some(field) } else { None };
+                self.structure = Structure::Field(VisibilityField::new(mesh, recycled)?);
                 0
             }
             Method::Lazy(shape) => {

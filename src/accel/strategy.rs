@@ -27,6 +27,8 @@ pub(super) enum Method {
     Bvh { fast: bool, moved: Moved },
     /// The tree that rays bring up to date.
     Lazy(LazyShape),
+    /// The visibility field.
+    Field,
 }
 
 /// What happens to an 8-wide tree when vertices have moved.
@@ -61,6 +63,7 @@ impl Method {
             Strategy::Refit => Method::Bvh { fast: false, moved: Moved::Refit },
             Strategy::Rotate => Method::Bvh { fast: false, moved: Moved::Rotate },
             Strategy::Lazy => Method::Lazy(object.lazy),
+            Strategy::VisibilityField => Method::Field,
             Strategy::Auto if unstructured => Method::Bvh { fast: redefined, moved: Moved::RefitUntilWorn },
             Strategy::Auto => Method::Bvh { fast: false, moved: Moved::Rebuild },
         }

@@ -194,7 +194,8 @@ impl TwoLevel {
         &self.placed.origin_error
     }
 
-    /// What rays have had brought up to date since the last update, in objects of [`Strategy::Lazy`]: subtrees, and nodes in them.
+    /// What rays have had brought up to date since the last update, in objects of [`Strategy::Lazy`]: subtrees, and nodes in them; of
+    /// [`Strategy::VisibilityField`]: subfields, and references in them.
     pub fn touched(&self) -> (u64, u64) {
         self.objects.iter().map(ObjectAccel::touched).fold((0, 0), |sum, (s, n)| (sum.0 + u64::from(s), sum.1 + n))
     }
@@ -388,6 +389,7 @@ mod tests {
             (Strategy::Refit, 0, 1),
             (Strategy::Rotate, 1, 0),
             (Strategy::Grid, 1, 0),
+            (Strategy::VisibilityField, 0, 1),
             (Strategy::Bsp, 1, 0),
         ] {
             let mut scene = scene(bumpy_sphere(8, 9), Motion::Affine);

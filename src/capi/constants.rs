@@ -96,6 +96,9 @@ pub const RT_ROTATE: RTenum = 0x6017;
 /// Update strategy: uniform grid, made anew when the geometry changes (Larsson and Akenine-Moeller 2003), for triangles
 /// of like size that move without any order.
 pub const RT_GRID: RTenum = 0x6018;
+/// Update strategy: visibility field (Khanna, Mortensen, Yu and Slater 2004), tiles that list triangles, for many
+/// directions, drawn when rays ask for them; triangles that move are kept apart. Takes much memory.
+pub const RT_VISIBILITY_FIELD: RTenum = 0x6019;
 /// Update strategy: built once, then only what rays reach is brought up to date, when they reach it (Larsson and
 /// Akenine-Moeller 2003).
 pub const RT_LAZY: RTenum = 0x6016;

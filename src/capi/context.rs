@@ -10,7 +10,7 @@ use std::ffi::{c_char, c_int, c_void};
 ///
 /// Variables of the environment: OPENRT_NUM_THREADS (number of worker threads; otherwise as many as the process
 /// may use), OPENRT_SIMD (scalar, sse, avx2 or avx512: lowers the instruction set that is used), OPENRT_ACCEL
-/// (bsp, sah, fast_build, refit, rotate or grid: an update strategy for all objects), OPENRT_TOPLEVEL (bsp or bvh: the
+/// (bsp, sah, fast_build, refit, rotate, grid, lazy or visibility_field: an update strategy for all objects), OPENRT_TOPLEVEL (bsp or bvh: the
 /// structure over the instances), OPENRT_MERGE (now or never: when RT_STATIC instances are merged; otherwise while
 /// frames are rendered). Other values are ignored.
 ///

@@ -36,6 +36,7 @@ fn strategy(value: RTenum) -> Result<Strategy> {
         RT_ROTATE => Strategy::Rotate,
         RT_GRID => Strategy::Grid,
         RT_LAZY => Strategy::Lazy,
+        RT_VISIBILITY_FIELD => Strategy::VisibilityField,
         _ => return Err(Error::invalid_enum("not an update strategy")),
     })
 }
@@ -123,7 +124,8 @@ fn object_parameter(cx: &mut Context, object: RTuint, pname: RTenum, value: RTen
 }
 
 /// Sets a parameter of an object, from the next frame on. RT_UPDATE_STRATEGY: RT_AUTO, RT_BSP, RT_SAH,
-/// RT_FAST_BUILD, RT_REFIT, RT_ROTATE, RT_GRID or RT_LAZY. RT_MOTION: RT_STATIC, RT_AFFINE or RT_UNSTRUCTURED. RT_LAZY_CUT: the
+/// RT_FAST_BUILD, RT_REFIT, RT_ROTATE, RT_GRID, RT_LAZY or RT_VISIBILITY_FIELD. RT_MOTION: RT_STATIC, RT_AFFINE or
+/// RT_UNSTRUCTURED. RT_LAZY_CUT: the
 /// most triangles that a subtree has which RT_LAZY updates when a ray reaches it (1024 at first; 0 for subtrees at half
 /// the height). RT_LAZY_LEVELS: how many levels of it are updated at once (0, all, at first). RT_OBJECT_TIME: the
 /// time that chooses among key frames, see rtKeyFrame(). None of them changes the picture, but for rounding:
@@ -164,6 +166,7 @@ fn get_object_parameter(cx: &Context, object: RTuint, pname: RTenum) -> Result<R
             Strategy::Rotate => RT_ROTATE,
             Strategy::Grid => RT_GRID,
             Strategy::Lazy => RT_LAZY,
+            Strategy::VisibilityField => RT_VISIBILITY_FIELD,
         },
         RT_MOTION => match info.motion {
             Motion::Static => RT_STATIC,

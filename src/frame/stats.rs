@@ -22,6 +22,7 @@ pub struct FrameStats {
     pub objects_refitted: u32,
     pub nodes_updated: u64,
     /// Subtrees of objects with the strategy `Lazy` that rays of this frame reached first, and so had updated; the nodes in them are not in `nodes_updated`.
+    /// Likewise subfields of `VisibilityField`, and the references in them.
     pub subtrees_touched: u64,
     pub nodes_touched: u64,
     /// Static instances whose triangles have been merged into one structure.

@@ -35,11 +35,13 @@ pub enum Strategy {
     Grid,
     /// Binned SAH BVH once; after that only what rays reach is brought up to date, when they reach it (Larsson03 §3).
     Lazy,
+    /// Visibility field (Khanna04): subfields of tiles for many directions, drawn when rays ask for them.
+    VisibilityField,
 }
 
 impl Strategy {
     /// Every strategy that can be forced, for tests that loop over all of them.
-    pub const ALL: [Strategy; 7] = [
+    pub const ALL: [Strategy; 8] = [
         Strategy::Bsp,
         Strategy::Sah,
         Strategy::FastBuild,
@@ -47,6 +49,7 @@ impl Strategy {
         Strategy::Rotate,
         Strategy::Grid,
         Strategy::Lazy,
+        Strategy::VisibilityField,
     ];
 
     /// Lower-case name, as accepted by the environment variable `OPENRT_ACCEL`.
@@ -60,6 +63,7 @@ impl Strategy {
             Strategy::Rotate => "rotate",
             Strategy::Grid => "grid",
             Strategy::Lazy => "lazy",
+            Strategy::VisibilityField => "visibility_field",
         }
     }
 

@@ -70,6 +70,14 @@ impl<A, B> OnTouch<A, B> {
         self.period += 1;
     }
 
+    /// Makes one part outdated.
+    ///
+    /// # Panics
+    /// When there is no such part.
+    pub fn outdate(&mut self, part: usize) {
+        *self.parts[part].stamp.get_mut() = 0;
+    }
+
     /// A part, if it is current.
     ///
     /// # Panics
@@ -277,6 +285,16 @@ mod tests {
         assert!(cells.touch(0, |_, b| b[0] = 1).is_some());
         cells.part_mut(0).1[0] = 2;
         assert_eq!(cells.current(0).map(|(_, b)| b[0]), Some(2));
+    }
+
+    #[test]
+    fn one_part_alone_can_be_outdated() {
+        let mut cells = OnTouch::new(vec![0u8; 2], vec![(); 2], [(0..1, 0..1), (1..2, 1..2)]);
+        assert!(cells.touch(0, |a, _| a[0] = 1).is_some() && cells.touch(1, |a, _| a[0] = 2).is_some());
+        cells.outdate(0);
+        assert!(cells.current(0).is_none());
+        assert_eq!(cells.current(1).map(|(a, _)| a[0]), Some(2));
+        assert_eq!(cells.touch(0, |a, _| a[0] += 2).map(|(a, _)| a[0]), Some(3));
     }
 
     #[test]

@@ -22,6 +22,7 @@ mod stack;
 mod tracer;
 mod traverse_bsp;
 mod traverse_bvh;
+mod traverse_field;
 mod traverse_grid;
 mod traverse_lazy;
 mod traverse_packet;

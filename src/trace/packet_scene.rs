@@ -9,7 +9,7 @@ use super::kernels::Shells;
 use super::packet::{Found, GROUPS, LANES, Packet, Rows, groups};
 use super::packet_boxes::{Slabs, enters_box};
 use super::traverse_packet::{Leaves, traverse_packet};
-use super::{Hit, Kernels, PreparedRay, traverse_bsp, traverse_grid, traverse_scene};
+use super::{Hit, Kernels, PreparedRay, traverse_bsp, traverse_field, traverse_grid, traverse_scene};
 use crate::accel::{ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh, TwoLevel};
 use crate::simd::{Isa, Vector, bits};
 
@@ -160,6 +160,10 @@ impl<const ANY: bool> Instances<'_, ANY> {
                 Structure::Grid(grid) => one_by_one::<ANY>(packet, mask, found, |ray, best| match best {
                     Some(best) => traverse_grid::intersect(grid, ray, record.object, record.instance, best),
                     None => traverse_grid::occluded(grid, ray),
+                }),
+                Structure::Field(field) => one_by_one::<ANY>(packet, mask, found, |ray, best| match best {
+                    Some(best) => traverse_field::intersect(field, ray, record.object, record.instance, best),
+                    None => traverse_field::occluded(field, ray),
                 }),
                 Structure::Lazy(lazy) => {
                     let kernels = Kernels::of(world.level());

@@ -20,7 +20,7 @@
 //! Within the object all comparisons are exact (the hit is clamped to the triangle's box in object space, and the transformed ray is
 //! the same bits wherever it comes from), and hits at equal `t` are compared by number. So the winner is always found, and found to be the same.
 
-use super::{Hit, Kernels, PreparedRay, Ray, SLAB_PAD, traverse_bsp, traverse_grid};
+use super::{Hit, Kernels, PreparedRay, Ray, SLAB_PAD, traverse_bsp, traverse_field, traverse_grid};
 use crate::accel::{Aabb, InstanceRecord, Space, Structure, TOP_MAX_DEPTH, TopLevel, TopLevelBsp, TopNode, TwoLevel};
 use glam::{Affine3A, Vec3};
 
@@ -208,6 +208,10 @@ fn visit<const ANY: bool>(
         (Structure::Bsp(bsp), true) => traverse_bsp::occluded(bsp, local),
         (Structure::Grid(grid), false) => traverse_grid::intersect(grid, local, record.object, record.instance, best),
         (Structure::Grid(grid), true) => traverse_grid::occluded(grid, local),
+        (Structure::Field(field), false) => {
+            traverse_field::intersect(field, local, record.object, record.instance, best)
+        }
+        (Structure::Field(field), true) => traverse_field::occluded(field, local),
         (Structure::Lazy(lazy), _) => kernels.lazy::<ANY>(lazy, local, record.object, record.instance, best),
         (Structure::None, _) => false,
     }

@@ -11,7 +11,7 @@
 use super::kernels::Shells;
 use super::stack::{STACK, Stack, pop, push};
 use super::traverse_scene::{SceneRay, transform};
-use super::{Hit, Kernels, PreparedRay, SLAB_PAD, traverse_bsp, traverse_grid};
+use super::{Hit, Kernels, PreparedRay, SLAB_PAD, traverse_bsp, traverse_field, traverse_grid};
 use crate::accel::{ChildRef, InstanceRecord, Node8, Space, Structure, TopLevelBvh, TwoLevel};
 use crate::simd::{Isa, Vector};
 use std::mem::MaybeUninit;
@@ -162,6 +162,10 @@ unsafe fn visit<I: Shells, const ANY: bool>(
                 Structure::Grid(grid) if ANY => return traverse_grid::occluded(grid, local),
                 Structure::Grid(grid) => {
                     return traverse_grid::intersect(grid, local, record.object, record.instance, best);
+                }
+                Structure::Field(field) if ANY => return traverse_field::occluded(field, local),
+                Structure::Field(field) => {
+                    return traverse_field::intersect(field, local, record.object, record.instance, best);
                 }
                 Structure::Lazy(lazy) => {
                     let kernels = Kernels::of(world.level());
