@@ -2,7 +2,8 @@
 //! Distributed Points on a Hemisphere*, 2002).
 //!
 //! A regular tetrahedron is subdivided recursively: every triangle into four, by the midpoints of its sides, moved out to the sphere. The corners are
-//! the directions. A parallel subfield serves rays both ways, so of two opposite directions one is kept: 4, 7, 25, 97 and 385 are left.
+//! the directions. A parallel subfield serves rays both ways, so of two opposite directions one is kept: 4, 7, 25, 109 and 469 are left, the
+//! farthest direction 54, 36, 19, 10 and 5 degrees from one of them.
 //!
 //! *Look-up.* The hemisphere is unfolded onto a square (the octahedral map), whose small squares each hold the number of the direction nearest to their
 //! middle: a few operations and one load for any number of directions. Near the border between two directions the answer may be the second nearest, which
@@ -113,13 +114,13 @@ mod tests {
     #[test]
     fn subdivision_gives_as_many_lines_as_the_sphere_has_pairs() {
         let counts: Vec<usize> = (0..=MOST_LEVELS).map(|level| Directions::of_level(level).count()).collect();
-        assert_eq!(counts, [4, 7, 25, 97, 385]);
+        assert_eq!(counts, [4, 7, 25, 109, 469]);
     }
 
     #[test]
     fn the_look_up_is_as_near_as_the_squares_are_small() {
         let mut random = Random::new(Random::seed(71));
-        for (level, farthest) in [(1, 0.60), (2, 0.45), (3, 0.24), (4, 0.13)] {
+        for (level, farthest) in [(0, 0.95), (1, 0.63), (2, 0.34), (3, 0.18), (4, 0.09)] {
             let directions = Directions::of_level(level);
             // A small square of the unfolded hemisphere spans at most so much.
             let slack = 4.0 / directions.squares as f32;
@@ -132,7 +133,7 @@ mod tests {
                 assert!(found <= best + slack, "level {level}: {found} instead of {best} for {dir}");
                 worst = worst.max(found);
             }
-            assert!(worst < farthest, "level {level}: {worst} from the nearest direction");
+            assert!(worst < farthest + slack, "level {level}: {worst} from the nearest direction");
         }
         for dir in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY, Vec3::splat(f32::MAX), Vec3::X * 1e-45] {
             assert!(Directions::of_level(2).nearest(dir) < 25);

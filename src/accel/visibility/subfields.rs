@@ -236,3 +236,58 @@ impl Subfields {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::test_meshes::{Random, soup};
+
+    #[test]
+    fn memory_stays_in_its_budget_and_goes_to_those_that_rays_ask_for() {
+        let mesh = soup(&mut Random::new(Random::seed(73)), 2000, 0.1);
+        let corners: Vec<[Vec3; 3]> = (0..2000).map(|prim| mesh.corners(prim)).collect();
+        let chosen = Chosen { corners: &corners, listed: None, without: None };
+        let mut subfields = Subfields::new(2000, true).expect("memory");
+        (subfields.threshold, subfields.budget) = (0, 2 << 20);
+        let fine = subfields.fine.expect("so few triangles have room for fine directions");
+        let mut largest = 0;
+        for update in 0..12 {
+            // Forty directions, others after each three updates.
+            let dirs: Vec<Vec3> = (0..40).map(|i| fine.lines()[update / 3 * 60 + i]).collect();
+            for &dir in &dirs {
+                let found = subfields.find(dir, &chosen).expect("a coarse one at least");
+                largest = largest.max(found.memory_bytes());
+                let held = subfields.bytes.load(Relaxed);
+                assert!(held <= subfields.budget + 8 * largest, "{held} bytes");
+                let sum: usize = subfields.asked.iter().map(|asked| asked.bytes.load(Relaxed)).sum();
+                assert_eq!(held, sum);
+            }
+            let is_fine = |dir: &&Vec3| subfields.parts.is_current(subfields.coarse.count() + fine.nearest(**dir));
+            let served = dirs.iter().filter(is_fine).count();
+            // Others had the memory, until the update after the first refusal.
+            assert!(served > 10 || update % 3 == 0, "update {update}: {served} of {}", dirs.len());
+            subfields.rest();
+            assert!(*subfields.bytes.get_mut() <= subfields.budget, "update {update}");
+        }
+        assert!(largest > 10_000 && subfields.held().0 > 10);
+    }
+
+    #[test]
+    fn who_comes_while_a_subfield_is_made_gets_another() {
+        let mesh = soup(&mut Random::new(Random::seed(74)), 500, 0.1);
+        let corners: Vec<[Vec3; 3]> = (0..500).map(|prim| mesh.corners(prim)).collect();
+        let chosen = Chosen { corners: &corners, listed: None, without: None };
+        let mut subfields = Subfields::new(500, false).expect("memory");
+        let dir = subfields.coarse.lines()[2];
+        let there = subfields.parts.touch(2, |_, _| {
+            let other = subfields.find(dir, &chosen).expect("one that nobody makes");
+            assert!(other.refs() >= 500 && subfields.held().0 == 1);
+            // The one that is there, not a third.
+            assert!(std::ptr::eq(other, subfields.find(dir, &chosen).expect("there")));
+        });
+        assert!(there.is_some_and(|(subfield, _)| subfield[0].frame().is_none()));
+        assert!(subfields.find(dir, &chosen).is_none(), "without memory, all triangles are looked at");
+        subfields.advance();
+        assert!(subfields.find(dir, &chosen).is_some_and(|subfield| subfield.refs() >= 500));
+    }
+}
