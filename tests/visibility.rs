@@ -125,7 +125,7 @@ fn an_update_costs_what_moves_and_rest_makes_resting_triangles() {
     let mut world = World::plain(room(&mut random, count));
     world.scene.apply(Command::SetMotion { name: 1, motion: Motion::Unstructured });
     let mut fields = built(&world, &pool, Strategy::VisibilityField);
-    let (mut most_movers, mut movers_before) = (0, 0);
+    let (mut most_movers, mut redrawn) = (0, 0);
     for frame in 0..120u32 {
         // Ten triangles of a hundred, elsewhere every twenty frames.
         let vertices: Vec<u32> = (0..10)
@@ -147,12 +147,10 @@ fn an_update_costs_what_moves_and_rest_makes_resting_triangles() {
         let movers = field(&fields).size().movers;
         let (_, drawn) = fields.touched();
         // Ordered subfields are drawn at first, and when some have come to rest.
-        if frame > 2 && movers >= movers_before {
-            assert!(drawn < 300 * movers as u64, "frame {frame}: {drawn} references drawn for {movers} triangles");
-        }
-        movers_before = movers;
+        redrawn += usize::from(drawn > 200 * movers as u64);
         most_movers = most_movers.max(movers);
     }
+    assert!(redrawn < 12, "{redrawn} times of 120");
     assert!((100..600).contains(&most_movers), "{most_movers} at a time were moving ones");
     // All at once, and then for long none but ten.
     let positions = world.scene.objects[&1].mesh.positions.iter().map(|p| *p * 1.01).collect();

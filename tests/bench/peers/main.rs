@@ -13,6 +13,7 @@
 mod builders;
 mod dynamic;
 mod embree;
+mod field;
 mod frames;
 mod lanes;
 mod lazy;
@@ -67,6 +68,7 @@ fn main() -> ExitCode {
         Suite::Splits => splits::run(&options),
         Suite::TopLevel => toplevel::run(&options, embree.as_ref()),
         Suite::Lazy => lazy::run(&options),
+        Suite::Field => field::run(&options),
     };
     if let Some(path) = &options.json
         && let Err(error) = std::fs::write(path, json)

@@ -11,6 +11,7 @@ usage: cargo bench --bench peers -- SUITE [options]
   build            nanoseconds per triangle of builders and refit, SAH cost, memory
   splits           what spatial splits give and cost: S1, S4, a tree, beams, needles
   toplevel         time to place 161 … 100,000 instances
+  field            the visibility field beside the BSP and the BVH, resting and moving
   lazy             complete refits against updates by rays, and partial updates
 options:
   --quick          fewer rounds, frames and picture sizes: within two or three minutes
@@ -30,6 +31,7 @@ pub enum Suite {
     Splits,
     TopLevel,
     Lazy,
+    Field,
 }
 
 #[derive(Clone, Debug)]
@@ -71,6 +73,7 @@ impl Options {
                 "splits" => suite = Some(Suite::Splits),
                 "toplevel" => suite = Some(Suite::TopLevel),
                 "lazy" => suite = Some(Suite::Lazy),
+                "field" => suite = Some(Suite::Field),
                 "--quick" => options.quick = true,
                 "--all" => options.all = true,
                 "--threads" => {
