@@ -44,7 +44,7 @@ fn resting(bench: &scenes::BenchScene, options: &Options, pool: &Pool, json: &mu
         world
     });
     let primary = rays::primary(&bench.view, if options.quick { SIZE } else { [640, 480] });
-    let (shadow, bounce) = rays::secondary(&ours, &primary, bench.light, 1e-4);
+    let (shadow, bounce) = rays::secondary(&ours, &primary, bench.light, 1e-4 * bench.view.eye.distance(bench.view.at));
     for (kind, rays) in [(Kind::Primary, &primary), (Kind::Shadow, &shadow), (Kind::Bounce, &bounce)] {
         if !options.wants_kind(kind) {
             continue;
