@@ -252,8 +252,8 @@ mod tests {
         let fine = subfields.fine.expect("so few triangles have room for fine directions");
         let mut largest = 0;
         for update in 0..12 {
-            // Forty directions, others after each three updates.
-            let dirs: Vec<Vec3> = (0..40).map(|i| fine.lines()[update / 3 * 60 + i]).collect();
+            // Forty directions, half of them others after each three updates.
+            let dirs: Vec<Vec3> = (0..40).map(|i| fine.lines()[update / 3 * 20 + i]).collect();
             for &dir in &dirs {
                 let found = subfields.find(dir, &chosen).expect("a coarse one at least");
                 largest = largest.max(found.memory_bytes());
