@@ -287,9 +287,9 @@ impl Beam {
     fn new(path: &Path, tile: [usize; 2]) -> Self {
         let mut beam = Beam { at: [0.0; 2], by: [0.0; 2], spare: [0.0; 2] };
         let inv = 1.0 / path.by[2];
-        for k in 0..2 {
+        for (k, tile) in tile.into_iter().enumerate() {
             let by = path.by[k] * inv;
-            let at = (path.at[k] - path.at[2] * by - tile[k] as f64) * STEPS;
+            let at = (path.at[k] - path.at[2] * by - tile as f64) * STEPS;
             let by = by * STEPS;
             // Written so that NaN, of a ray across the beam, meets everything.
             if at.abs() + by.abs() <= STEEPEST {
