@@ -32,23 +32,23 @@ pub struct TriangleHit {
 #[inline]
 pub fn intersect(ray: &PreparedRay, corners: [Vec3; 3]) -> Option<TriangleHit> {
     let [kx, ky, kz] = ray.axis;
-    let sheared = corners.map(|corner| {
+    let shear = |corner: Vec3| {
         let p = corner - ray.org;
         [p[kx] - ray.shear.x * p[kz], p[ky] - ray.shear.y * p[kz], p[kz]]
-    });
+    };
+    // Not by `map`, which is a function of its own that is not always inlined.
+    let sheared = [shear(corners[0]), shear(corners[1]), shear(corners[2])];
     let [a, b, c] = sheared;
     let u = c[0] * b[1] - c[1] * b[0];
     let v = a[0] * c[1] - a[1] * c[0];
     let w = b[0] * a[1] - b[1] * a[0];
+    let exact = all_exact([u, v, w]);
+    if exact && (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+        return None;
+    }
+    // Costs more than all before it, and most triangles have been missed by now.
     let bounds = triangle_bounds(corners);
-    let in_f32 = if all_exact([u, v, w]) {
-        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-            return None;
-        }
-        weigh(ray, [u, v, w], sheared.map(|p| p[2]), least_area(&bounds))
-    } else {
-        None
-    };
+    let in_f32 = if exact { weigh(ray, [u, v, w], sheared.map(|p| p[2]), least_area(&bounds)) } else { None };
     let hit = match in_f32 {
         Some(hit) => hit,
         None => weigh_f64(ray, sheared)?,
