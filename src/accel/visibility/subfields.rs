@@ -23,14 +23,14 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering:
 /// Bytes that the subfields of a set may hold: this,
 const LEAST_BUDGET: usize = 32 << 20;
 /// or so much per triangle.
-const BUDGET_PER_TRIANGLE: usize = 1024;
+const BUDGET_PER_TRIANGLE: usize = 4096;
 /// What a subfield is taken to hold per triangle before there is one.
 const USUAL_BYTES: usize = 64;
 /// Subdivisions of the coarse directions.
 const COARSE: usize = 1;
 /// A fine subfield is made once this many rays have asked, or one per so many triangles.
 const LEAST_WANTED: u32 = 256;
-const TRIANGLES_PER_WANT: usize = 16;
+const TRIANGLES_PER_WANT: usize = 256;
 
 /// See the module head.
 #[derive(Debug)]
