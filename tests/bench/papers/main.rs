@@ -8,7 +8,7 @@
 //! Absolute times of machines twenty years apart say nothing: what is compared is ratios within one run, theirs and ours. Every table ends
 //! with a verdict: the goal, and whether it is reached. What the paper measured, on what, and where we differ stands in the head of
 //! the table's file: [`kopta`] (table 1, figures 4 and 7),
-//! [`kopta_pace`] (figure 5), [`larsson`],
+//! [`kopta_pace`] (figure 5), [`khanna`] (figure 2), [`larsson`],
 //! [`wald`] (tables 1 and 2), [`wald_soup`] (table 3), [`wald_clients`] (table 4) and [`wald_levels`] (§6).
 //!
 //! Build it without `CARGO_INCREMENTAL`, as the other bench.
@@ -18,6 +18,7 @@ mod animations;
 mod bart;
 mod bounce;
 mod cluster;
+mod khanna;
 mod kopta;
 mod kopta_pace;
 mod larsson;
@@ -89,6 +90,7 @@ fn main() -> ExitCode {
                 wald_levels::run(&options, &mut report);
             }
             "wald3" => wald_soup::run(&options, &mut report),
+            "khanna2" => khanna::run(&options, &mut report),
             _ => unreachable!("the command line knows the tables"),
         }
     }

@@ -9,6 +9,7 @@ usage: cargo bench --bench papers -- TABLE … [options]
   wald4            frames per second over clients, six scenes; what two levels cost a scene that rests
   larsson1         nine deforming bodies: complete refit against updates by rays, at 1x1, 5x5 and 10x10
   larsson2         the same for a soup with a tree per key frame
+  khanna2          visibility field: time of a frame over the number of triangles that move
   kopta1           refit and rotations on six animations
   kopta4           time of an update: refit, rotations, rebuild
   kopta5           rotations in animations of 20, 100 and 500 frames
@@ -21,8 +22,8 @@ options:
   --json FILE      every row
   --pictures DIR   curves as PNG files";
 
-pub const TABLES: [&str; 10] =
-    ["wald1", "wald2", "wald3", "wald4", "larsson1", "larsson2", "kopta1", "kopta4", "kopta5", "kopta7"];
+pub const TABLES: [&str; 11] =
+    ["wald1", "wald2", "wald3", "wald4", "larsson1", "larsson2", "khanna2", "kopta1", "kopta4", "kopta5", "kopta7"];
 
 #[derive(Clone, Debug)]
 pub struct Options {
