@@ -49,7 +49,7 @@ pub(super) enum Source {
 }
 
 impl Source {
-    fn mesh(&self) -> Arc<Mesh> {
+    pub(super) fn mesh(&self) -> Arc<Mesh> {
         match self {
             Source::Scene(mesh) => {
                 mesh.upgrade().expect("after a change of the scene, no ray is traced before an update")

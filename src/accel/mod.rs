@@ -38,6 +38,7 @@ mod two_level;
 mod validate;
 mod vertex_box;
 mod visibility;
+mod waiting;
 
 pub use aabb::{Aabb, MAX_COORDINATE, least_area, triangle_bounds};
 pub(crate) use aabb::{LEAST_SEEN, PAD_ABSOLUTE, PAD_EXTENT, PAD_ULP};

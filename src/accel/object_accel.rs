@@ -21,13 +21,14 @@ use super::links::Links;
 use super::rotate::Best;
 use super::strategy::{Method, Moved, WORN};
 use super::visibility::VisibilityField;
+use super::waiting::{Attention, Waiting};
 use super::{Aabb, Refit, build_sah};
 use crate::scene::{Mesh, Name, Object, Strategy};
 use glam::Affine3A;
 use std::ops::Deref;
 use std::sync::Arc;
 
-/// After so many defeats in a row rotations are tried in every eighth frame.
+/// After so many defeats in a row a refit is tried in every eighth frame.
 const MOST_DEFEATS: u32 = 3;
 
 /// What rays of one object traverse.
@@ -75,7 +76,12 @@ pub struct ObjectAccel {
     /// Updates without a change, and how often the object left the merged tree.
     calm: u32,
     exits: u32,
-    rotations: Rotations,
+    /// The structure, while it waits for a ray; there is no other then.
+    waiting: Option<Box<Waiting>>,
+    attention: Attention,
+    defeats: Defeats,
+    /// What rotations remember of the tree's nodes.
+    best: Vec<Best>,
     /// For partial refits, once there has been one, and how many nodes these have looked at since wear was.
     links: Option<Links>,
     patched: usize,
@@ -83,15 +89,28 @@ pub struct ObjectAccel {
     scratch: Scratch,
 }
 
-/// What rotations remember.
+/// Refits, with rotations or without, that left the tree worn. A motion that defeats them in one frame most likely does so in the next, and to try costs as much
+/// as a quarter of the build that follows: so they are not tried in the next frame, then in the next three, then seven.
 #[derive(Debug, Default)]
-struct Rotations {
-    /// Of the tree's nodes.
-    best: Vec<Best>,
-    /// How often in a row the tree was worn in spite of them.
-    defeats: u32,
-    /// Updates that are builds without trying them first.
+struct Defeats {
+    in_a_row: u32,
+    /// Updates that are builds without trying.
     pause: u32,
+}
+
+impl Defeats {
+    /// Whether to build without trying.
+    fn pauses(&mut self) -> bool {
+        let pauses = self.pause > 0;
+        self.pause -= u32::from(pauses);
+        pauses
+    }
+
+    /// The tree was tried, and is worn or not.
+    fn tell(&mut self, worn: bool) {
+        self.in_a_row = if worn { (self.in_a_row + 1).min(MOST_DEFEATS) } else { 0 };
+        self.pause = (1 << self.in_a_row) - 1;
+    }
 }
 
 /// What builders worked with, kept for an object that is built again and again.
@@ -99,6 +118,13 @@ struct Rotations {
 struct Scratch {
     sah: SahScratch,
     fast: FastScratch,
+}
+
+/// How waiting for a ray ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Waited {
+    InVain,
+    AndWasReached,
 }
 
 /// Which triangles in world space a structure stands for.
@@ -117,6 +143,8 @@ pub(super) enum Outcome {
     /// Built anew, with so many nodes (0 for a BSP, whose tree comes with the first ray).
     Built(usize),
     Refitted(usize),
+    /// Put off until a ray comes.
+    Waits,
     /// The object has no structure and cannot be hit.
     Failed(OutOfMemory),
 }
@@ -131,14 +159,22 @@ impl ObjectAccel {
         self.name
     }
 
+    /// What a ray traverses that has come to the object. One that waited for it is brought up to date.
     #[inline(always)]
     pub fn structure(&self) -> &Structure {
-        &self.structure
+        self.attention.reach();
+        match &self.waiting {
+            None => &self.structure,
+            Some(waiting) => waiting.structure(),
+        }
     }
 
     /// The box around everything that can be hit, in object space.
     #[inline]
     pub fn bounds(&self) -> Aabb {
+        if let Some(waiting) = &self.waiting {
+            return waiting.bounds();
+        }
         match &self.structure {
             Structure::None => Aabb::EMPTY,
             Structure::Bvh(bvh) => bvh.bounds(),
@@ -158,16 +194,18 @@ impl ObjectAccel {
     /// Bytes held; 0 while nothing is built.
     pub fn memory_bytes(&self) -> usize {
         let links = self.links.as_ref().map_or(0, Links::memory_bytes);
-        let structure = self.structure.memory_bytes() + self.keys.memory_bytes();
-        let rotations = self.rotations.best.capacity() * size_of::<Best>();
+        let waiting = self.waiting.as_ref().map_or(0, |w| w.memory_bytes());
+        let structure = self.structure.memory_bytes() + waiting + self.keys.memory_bytes();
+        let rotations = self.best.capacity() * size_of::<Best>();
         structure + links + rotations + self.scratch.sah.memory_bytes() + self.scratch.fast.memory_bytes()
     }
 
     /// What rays have had brought up to date since [`ObjectAccel::forget_touched`]: subtrees and nodes, or subfields and references.
     pub(super) fn touched(&self) -> (u32, u64) {
-        match &self.structure {
-            Structure::Lazy(lazy) => lazy.touched(),
-            Structure::Field(field) => field.touched(),
+        match (&self.waiting, &self.structure) {
+            (Some(waiting), _) => waiting.touched(),
+            (None, Structure::Lazy(lazy)) => lazy.touched(),
+            (None, Structure::Field(field)) => field.touched(),
             _ => (0, 0),
         }
     }
@@ -209,6 +247,7 @@ impl ObjectAccel {
     /// The triangles are in the merged tree from now on.
     pub(super) fn enter_merged(&mut self) {
         self.structure = Structure::None;
+        self.waiting = None;
         self.links = None;
         self.merged = true;
     }
@@ -240,6 +279,9 @@ impl ObjectAccel {
             if let Structure::Field(field) = &mut self.structure {
                 field.rest();
             }
+            if let Some(waiting) = &mut self.waiting {
+                waiting.set_source(Source::Scene(Arc::downgrade(&object.mesh)));
+            }
             return Outcome::Unchanged;
         }
         // Said to be static, and moved all the same: the next move must not cost as much again.
@@ -249,12 +291,18 @@ impl ObjectAccel {
         }
         self.calm = 0;
         self.placed = placed;
+        let waited = self.stop_waiting();
         let outcome = world_mesh(&object.mesh, placed).and_then(|mesh| {
             let stays = same_place && matches!(mesh, Located::Object(_));
+            // A tree that has waited in vain is behind by more than the last move.
+            let stays = stays && waited != Some(Waited::InVain);
             let moved = if stays { object.moves.since(self.vertex_version.max(self.topology_version)) } else { None };
             let same_tree = same_topology && same_method;
             let (moved, built) = self.follow_keys(object, &mesh, method, (follows, same_tree), moved)?;
             let kept = same_tree || built > 0;
+            if same_tree && method.may_wait() && self.wait(&mesh, waited) {
+                return Ok(Outcome::Waits);
+            }
             match if kept { self.refit(&mesh, method, moved) } else { None } {
                 Some(Outcome::Refitted(nodes)) if built > 0 => Ok(Outcome::Built(nodes)),
                 Some(outcome) => Ok(outcome),
@@ -324,30 +372,55 @@ impl ObjectAccel {
         if moved == Moved::Rotate {
             return self.rotate(mesh);
         }
+        if moved == Moved::RefitUntilWorn && bvh.can_hold(mesh) && self.defeats.pauses() {
+            return self.renew(mesh);
+        }
         if moved == Moved::Rebuild || bvh.refit(mesh) == Refit::NeedsRebuild {
             return None;
         }
         self.patched = 0;
-        if moved == Moved::RefitUntilWorn && bvh.sah_cost() > WORN * self.cost_when_built {
-            return self.renew(mesh);
+        if moved == Moved::RefitUntilWorn {
+            let worn = bvh.sah_cost() > WORN * self.cost_when_built;
+            self.defeats.tell(worn);
+            if worn {
+                return self.renew(mesh);
+            }
         }
         Some(Outcome::Refitted(bvh.nodes().len()))
     }
 
-    /// Refits with rotations. Where these were defeated by the motion in the frame before, they will most likely be so again, which
-    /// would cost as much as a build: so they are not tried in the next frame, then in the next three, then seven.
+    /// Refits with rotations.
     fn rotate(&mut self, mesh: &Mesh) -> Option<Outcome> {
         let Structure::Bvh(bvh) = &mut self.structure else { return None };
-        let worn = if self.rotations.pause > 0 && bvh.can_hold(mesh) {
-            self.rotations.pause -= 1;
-            true
-        } else {
-            let worn = bvh.rotate(mesh, &mut self.rotations.best)? > WORN * self.cost_when_built;
-            self.rotations.defeats = if worn { (self.rotations.defeats + 1).min(MOST_DEFEATS) } else { 0 };
-            self.rotations.pause = (1 << self.rotations.defeats) - 1;
-            worn
-        };
+        if bvh.can_hold(mesh) && self.defeats.pauses() {
+            return self.renew(mesh);
+        }
+        let worn = bvh.rotate(mesh, &mut self.best)? > WORN * self.cost_when_built;
+        self.defeats.tell(worn);
         if worn { self.renew(mesh) } else { Some(Outcome::Refitted(bvh.nodes().len())) }
+    }
+
+    /// Puts a tree that waited for a ray back in its place.
+    fn stop_waiting(&mut self) -> Option<Waited> {
+        let waiting = self.waiting.take()?;
+        let waited = if waiting.was_reached() { Waited::AndWasReached } else { Waited::InVain };
+        self.structure = Structure::Bvh(waiting.into_tree());
+        Some(waited)
+    }
+
+    /// Lets the tree wait for a ray, if none was there lately.
+    fn wait(&mut self, mesh: &Located<'_>, waited: Option<Waited>) -> bool {
+        let should = self.attention.should_wait(waited == Some(Waited::AndWasReached));
+        match std::mem::take(&mut self.structure) {
+            Structure::Bvh(bvh) if should && bvh.may_wait(mesh) => {
+                self.waiting = Some(Box::new(Waiting::new(bvh, mesh, mesh.source())));
+                true
+            }
+            other => {
+                self.structure = other;
+                false
+            }
+        }
     }
 
     /// Builds the worn tree anew, fast. `None` if memory ran out: then [`ObjectAccel::build`] tells how much.
@@ -361,7 +434,7 @@ impl ObjectAccel {
         let mut bvh = rebuild_fast(mesh, old, &mut self.scratch.fast).ok()?;
         if in_levels {
             bvh = bvh.in_level_order().ok()?;
-            self.rotations.best.clear();
+            self.best.clear();
         }
         self.cost_when_built = bvh.sah_cost();
         let nodes = bvh.nodes().len();
@@ -436,7 +509,7 @@ impl ObjectAccel {
                 let mut bvh = self.build_bvh(mesh, fast || hurried, recycled)?;
                 if moved == Moved::Rotate {
                     bvh = bvh.in_level_order()?;
-                    self.rotations = Rotations::default();
+                    (self.best, self.defeats) = (Vec::new(), Defeats::default());
                 }
                 let nodes = bvh.nodes().len();
                 if matches!(moved, Moved::RefitUntilWorn | Moved::Rotate) {

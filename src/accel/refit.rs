@@ -15,6 +15,9 @@ use glam::Mat4;
 use rayon::prelude::*;
 use std::ops::Range;
 
+/// A subtree with its nodes and blocks.
+type Part<'a> = (&'a Subtree, &'a mut [Node8], &'a mut [Tri4]);
+
 /// What a refit could do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
@@ -38,6 +41,20 @@ impl Bvh {
     ///
     /// Triangles that have become unusable keep their place and cannot be hit. To be called inside the pool.
     pub fn refit(&mut self, mesh: &Mesh) -> Refit {
+        self.refit_by(mesh, |parts, sweep| parts.into_par_iter().map(sweep).collect())
+    }
+
+    /// Likewise by one thread, wherever it is called.
+    pub(super) fn refit_alone(&mut self, mesh: &Mesh) -> Refit {
+        self.refit_by(mesh, |parts, sweep| parts.into_iter().map(sweep).collect())
+    }
+
+    /// `each` gives all parts to the sweep and collects what it gives back.
+    fn refit_by(
+        &mut self,
+        mesh: &Mesh,
+        each: impl FnOnce(Vec<Part<'_>>, &(dyn Fn(Part<'_>) -> (usize, Aabb) + Sync)) -> Vec<(usize, Aabb)>,
+    ) -> Refit {
         if !self.can_hold(mesh) {
             return Refit::NeedsRebuild;
         }
@@ -55,10 +72,8 @@ impl Bvh {
             parts.push((subtree, these_nodes, these_blocks));
             (nodes, blocks) = (rest_nodes, rest_blocks);
         }
-        let lower: Vec<(usize, Aabb)> = parts
-            .into_par_iter()
-            .map(|(part, nodes, blocks)| (part.nodes.start, sweep(&Keep, part, nodes, blocks, &[], mesh)))
-            .collect();
+        let lower =
+            each(parts, &|(part, nodes, blocks)| (part.nodes.start, sweep(&Keep, part, nodes, blocks, &[], mesh)));
         let whole = Subtree { nodes: 0..top_nodes.len(), blocks: 0..top_blocks.len() };
         let bounds = match &lower[..] {
             [(0, bounds)] => *bounds,

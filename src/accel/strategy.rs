@@ -5,7 +5,8 @@
 //! * `Static` and `Affine` objects are built once: SAH.
 //! * `Unstructured` objects begin with SAH as well, since the first frame builds everything anyway. Those whose vertices
 //!   move are refit (17–21 ns per triangle in Embree, a Morton build 60–70, SAH 250–330) until the tree has become
-//!   [`WORN`] times as costly to trace as after its build; then it is built anew, fast. Those that are defined anew every
+//!   [`WORN`] times as costly to trace as after its build; then it is built anew, fast. A motion that wears the tree in every frame is answered by
+//!   builds alone. Objects that no ray met in the frame before wait for one ([`super::waiting`]). Those that are defined anew every
 //!   frame are built fast, from the second time on.
 
 use crate::scene::{LazyShape, Motion, Object, Strategy, TopLevelKind};
@@ -46,6 +47,11 @@ impl Method {
     /// Whether trees for key frames take turns: where a tree is kept while vertices move, and not built anew.
     pub fn follows_keys(self) -> bool {
         matches!(self, Method::Lazy(_) | Method::Bvh { moved: Moved::Refit, .. })
+    }
+
+    /// Whether an object that no ray meets is left alone while its vertices move.
+    pub fn may_wait(self) -> bool {
+        matches!(self, Method::Bvh { moved: Moved::RefitUntilWorn, .. })
     }
 
     /// The method for `object`; `redefined`: it has been built before, for another topology.

@@ -34,6 +34,8 @@ pub struct UpdateStats {
     pub objects_built: u32,
     /// Structures brought up to date in place.
     pub objects_refitted: u32,
+    /// Objects whose vertices have moved and whose structures wait for a ray, as none came in the frame before.
+    pub objects_waiting: u32,
     /// Nodes of object structures written by this update. A BSP is built by the first ray, which is not counted.
     pub nodes_updated: u64,
     /// Triangles after instancing.
@@ -194,8 +196,8 @@ impl TwoLevel {
         &self.placed.origin_error
     }
 
-    /// What rays have had brought up to date since the last update, in objects of [`Strategy::Lazy`]: subtrees, and nodes in them; of
-    /// [`Strategy::VisibilityField`]: subfields, and references in them.
+    /// What rays have had brought up to date since the last update, in objects of [`Strategy::Lazy`] and in those that waited for one: subtrees, and nodes in
+    /// them; of [`Strategy::VisibilityField`]: subfields, and references in them.
     pub fn touched(&self) -> (u64, u64) {
         self.objects.iter().map(ObjectAccel::touched).fold((0, 0), |sum, (s, n)| (sum.0 + u64::from(s), sum.1 + n))
     }
@@ -325,6 +327,7 @@ impl TwoLevel {
                     stats.objects_refitted += 1;
                     stats.nodes_updated += nodes as u64;
                 }
+                Outcome::Waits => stats.objects_waiting += 1,
                 Outcome::Failed(error) => stats.out_of_memory += error.bytes as u64,
             }
         }

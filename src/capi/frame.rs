@@ -256,6 +256,7 @@ pub unsafe extern "C" fn rtGetFrameStats(stats: *mut RTframeStats) {
             subsampling: stats.subsampling,
             objectsBuilt: stats.objects_built,
             objectsRefitted: stats.objects_refitted,
+            objectsWaiting: stats.objects_waiting,
             mergedInstances: stats.merged_instances,
             cancelled: stats.cancelled.into(),
         });

@@ -108,6 +108,8 @@ pub struct RTframeStats {
     pub objectsBuilt: RTuint,
     /// Objects whose structure was brought up to date in place.
     pub objectsRefitted: RTuint,
+    /// Objects whose vertices have moved and that no ray met in the frame before: with RT_AUTO their structures wait for one.
+    pub objectsWaiting: RTuint,
     /// RT_STATIC instances whose triangles have been merged into one structure.
     pub mergedInstances: RTuint,
     /// RT_TRUE when the frame was cancelled; some pixels then show an older frame.

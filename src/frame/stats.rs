@@ -20,9 +20,11 @@ pub struct FrameStats {
     /// Object structures built anew or brought up to date in place.
     pub objects_built: u32,
     pub objects_refitted: u32,
+    /// Objects whose vertices have moved and that no ray met in the frame before, so that their structures (strategy `Auto`) wait for one.
+    pub objects_waiting: u32,
     pub nodes_updated: u64,
-    /// Subtrees of objects with the strategy `Lazy` that rays of this frame reached first, and so had updated; the nodes in them are not in `nodes_updated`.
-    /// Likewise subfields of `VisibilityField`, and the references in them.
+    /// Subtrees of objects with the strategy `Lazy`, and objects that waited for a ray, that rays of this frame reached first, and so had updated; the
+    /// nodes in them are not in `nodes_updated`. Likewise subfields of `VisibilityField`, and the references in them.
     pub subtrees_touched: u64,
     pub nodes_touched: u64,
     /// Static instances whose triangles have been merged into one structure.

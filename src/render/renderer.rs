@@ -68,6 +68,7 @@ impl Renderer {
             triangles: update.triangles,
             objects_built: update.objects_built,
             objects_refitted: update.objects_refitted,
+            objects_waiting: update.objects_waiting,
             nodes_updated: update.nodes_updated,
             structure_bytes: update.bytes,
             merged_instances: update.merged_instances,

@@ -18,7 +18,7 @@ pub enum Motion {
 /// How an object's acceleration structure is built and brought up to date (design §5).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Strategy {
-    /// Chosen from the motion flag and from what was measured.
+    /// Chosen from the motion flag, from what was measured, and from whether rays met the object.
     #[default]
     Auto,
     /// Object BSP (kd-tree), Wald03 §4.2–4.3.

@@ -3,6 +3,7 @@
 //! One row per strategy of ours and per policy of Embree, all in one run: a frame's vertices are made and handed over untimed; then every
 //! row in turn brings its structure up to date and traces the same rays, the primary rays of a picture of 640 × 480 and a shadow ray
 //! from each hit. Each row traces in the mode that was its fastest on the frame before the first (single rays, packets, streams).
+//! Where the shadow rays begin is found in a world of its own, so that nothing has been reached by a ray when a row's time is taken.
 //! A frame that a row needs long for is traced in parts only, evenly spread chunks of rays, and the time multiplied.
 //!
 //! Embree's policies: a dynamic scene whose meshes are refit, or built anew at low (Morton order) or at medium quality; and a scene
@@ -156,15 +157,17 @@ fn one_scene(
     let triangles = bench.triangles();
     let large = triangles > LARGE;
     let frames = if options.quick { QUICK_FRAMES[usize::from(!large)] } else { FRAMES - 1 };
-    // Owns the scene, and its world is `auto`.
+    // Owns the scene. Its own world only tells where rays of the second kind begin: what they touch first is not to be saved by any row.
     let mut ours = Ours::new(bench, 0, pool);
-    let mut auto = Tally::default();
+    ours.world.force_strategy(Some(Strategy::Refit));
     let slow = |s: Strategy| s == Strategy::Bsp || (large && s == Strategy::Sah);
     let fixed = Strategy::ALL.into_iter().filter(|s| !slow(*s));
-    let mut rows: Vec<OurRow> = fixed
+    let mut rows: Vec<OurRow> = [Strategy::Auto]
+        .into_iter()
+        .chain(fixed)
         .map(|strategy| {
             let mut world = TwoLevel::new(Level::detect());
-            world.force_strategy(Some(strategy));
+            world.force_strategy(Some(strategy).filter(|s| *s != Strategy::Auto));
             OurRow { strategy, world, tally: Tally::default() }
         })
         .collect();
@@ -205,7 +208,7 @@ fn one_scene(
             assert_eq!(stats.out_of_memory, 0, "memory for structures");
             cost.busiest
         };
-        auto.begin(update(world));
+        update(world);
         rows.iter_mut().for_each(|row| row.tally.begin(update(&mut row.world)));
         for peer in &mut peers {
             let top = &mut peer.variant.built.top;
@@ -214,7 +217,6 @@ fn one_scene(
         }
         let (shadow, _) = rays::secondary(&ours, &primary, bench.light, offset);
         for (kind, (kind_name, rays)) in [(Kind::Primary, &primary), (Kind::Shadow, &shadow)].into_iter().enumerate() {
-            auto.trace(kind, our_lanes(ours.tracer(), kind_name), rays, options.threads);
             for row in &mut rows {
                 row.tally.trace(kind, our_lanes(Tracer::new(&row.world), kind_name), rays, options.threads);
             }
@@ -225,7 +227,6 @@ fn one_scene(
             }
         }
         if frame == 0 {
-            auto.start();
             rows.iter_mut().for_each(|row| row.tally.start());
             peers.iter_mut().for_each(|peer| peer.tally.start());
         }
@@ -234,11 +235,8 @@ fn one_scene(
         device.check();
     }
     let named = rows.iter().map(|r| (r.strategy.name(), true, &r.tally));
-    let all: Vec<(&str, bool, &Tally)> = [("auto", true, &auto)]
-        .into_iter()
-        .chain(named)
-        .chain(peers.iter().map(|p| (p.name, false, &p.tally)))
-        .collect();
+    let all: Vec<(&str, bool, &Tally)> = named.chain(peers.iter().map(|p| (p.name, false, &p.tally))).collect();
+    let auto = &rows[0].tally;
     let per = 1e3 / f64::from(frames);
     println!("    {:16} {:>9} {:>9} {:>9} {:>11}", "", "update", "trace", "total", "last frame");
     for (name, is_ours, tally) in &all {
@@ -260,7 +258,7 @@ fn one_scene(
         println!("    {:16} left out: it would take minutes", strategy.name());
     }
     let least = |rows: &[&Tally], f: fn(&Tally) -> f64| rows.iter().map(|t| f(t)).fold(f64::INFINITY, f64::min);
-    let fixed: Vec<&Tally> = rows.iter().map(|r| &r.tally).collect();
+    let fixed: Vec<&Tally> = rows[1..].iter().map(|r| &r.tally).collect();
     let peer: Vec<&Tally> = peers.iter().map(|p| &p.tally).collect();
     let regret = auto.total() / least(&fixed, Tally::total);
     if peer.is_empty() {

@@ -1,0 +1,172 @@
+//! What `RT_AUTO` decides from frame to frame: objects that no ray meets wait for one, and a motion that wears a tree in every frame is
+//! answered by builds. Hits are those of a fresh build, whatever was decided.
+
+#[path = "common/meshes.rs"]
+#[allow(dead_code, reason = "shared with other tests")]
+mod meshes;
+#[path = "common/random.rs"]
+mod random;
+
+use glam::{Affine3A, Vec3};
+use openrt::accel::{TwoLevel, UpdateStats};
+use openrt::scene::{Command, Instance, Motion, Scene, Strategy};
+use openrt::simd::Level;
+use openrt::threads::Pool;
+use openrt::trace::{Hit, Ray, Tracer};
+use random::Random;
+use rayon::prelude::*;
+
+const APART: f32 = 10.0;
+
+struct Stage {
+    pool: Pool,
+    scene: Scene,
+    instances: Vec<Instance>,
+    world: TwoLevel,
+}
+
+impl Stage {
+    /// Soups in a row, [`APART`] from each other.
+    fn new(random: &mut Random, soups: &[usize]) -> Stage {
+        let mut scene = Scene::default();
+        let mut instances = Vec::new();
+        for (name, &count) in (1..).zip(soups) {
+            let mesh = meshes::soup(random, count, 0.2);
+            scene.apply(Command::DefineObject { name, mesh, motion: Motion::Unstructured });
+            let world_from_object = Affine3A::from_translation(Vec3::X * APART * (name - 1) as f32);
+            instances.push(Instance { object: name, world_from_object });
+        }
+        let mut world = TwoLevel::new(Level::detect());
+        // Not what the environment says.
+        world.force_strategy(None);
+        let pool = Pool::new(Some(3)).expect("threads");
+        Stage { pool, scene, instances, world }
+    }
+
+    fn update(&mut self) -> UpdateStats {
+        let Stage { pool, scene, instances, world } = self;
+        pool.install(|| world.update(scene, instances))
+    }
+
+    /// Moves the vertices `part` (of 4) of an object, or all.
+    fn shift(&mut self, name: u32, part: Option<usize>, by: Vec3) {
+        let positions = &self.scene.objects[&name].mesh.positions;
+        let quarter = positions.len() / 4;
+        let range = part.map_or(0..positions.len(), |part| part * quarter..(part + 1) * quarter);
+        let first = range.start as u32;
+        let positions = positions[range].iter().map(|p| *p + by).collect();
+        self.scene.apply(Command::UpdatePositions { name, first, positions });
+    }
+
+    fn rays(&self, random: &mut Random, name: u32) -> Vec<Ray> {
+        let place = &self.instances[name as usize - 1].world_from_object;
+        let positions = &self.scene.objects[&name].mesh.positions;
+        let ray = |_| {
+            let target = place.transform_point3(positions[random.below(positions.len())]);
+            let org = target + Vec3::new(random.unit() - 0.5, 2.0, random.unit() - 0.5) * 2.0;
+            Ray::new(org, (target - org) * 0.999)
+        };
+        (0..600).map(ray).collect()
+    }
+
+    /// Looks at an object by many threads at once, and checks what they see.
+    fn look(&self, random: &mut Random, name: u32) {
+        let rays = self.rays(random, name);
+        let mut fresh = TwoLevel::new(Level::detect());
+        fresh.force_strategy(Some(Strategy::Sah));
+        self.pool.install(|| fresh.update(&self.scene, &self.instances));
+        let bits = |h: &Option<Hit>| h.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim, h.object]);
+        let [seen, expected] = [&self.world, &fresh].map(|world| {
+            let mut hits = vec![None; rays.len()];
+            let tracer = Tracer::new(world);
+            self.pool.install(|| {
+                let chunks = hits.par_chunks_mut(20).zip(rays.par_chunks(20)).enumerate();
+                chunks.for_each(|(i, (hits, rays))| match i % 2 {
+                    0 => tracer.intersect_many(rays, hits),
+                    _ => hits.iter_mut().zip(rays).for_each(|(hit, ray)| *hit = tracer.intersect(ray)),
+                });
+            });
+            hits.iter().map(bits).collect::<Vec<_>>()
+        });
+        assert!(expected.iter().flatten().count() > 100, "the rays are aimed");
+        assert_eq!(seen, expected);
+    }
+}
+
+#[test]
+fn who_is_not_looked_at_waits_and_is_right_when_looked_at() {
+    let mut random = Random::new(Random::seed(91));
+    let mut stage = Stage::new(&mut random, &[2000, 20_000, 1]);
+    assert_eq!(stage.update().objects_built, 3);
+    stage.look(&mut random, 1);
+    stage.look(&mut random, 2);
+    let by = |frame: usize| Vec3::new(0.3, -0.2, 0.1) * (1.0 + frame as f32 * 0.1);
+    for frame in 0..12 {
+        // In parts, so that a tree that was not refit for some frames is behind by different vertices.
+        stage.shift(1, Some(frame % 4), by(frame));
+        stage.shift(2, if frame == 7 { None } else { Some(frame % 4) }, by(frame));
+        stage.shift(3, None, by(frame));
+        let stats = stage.update();
+        let nobody_at_2 = (1..9).contains(&frame);
+        assert_eq!(stats.objects_waiting, u32::from(nobody_at_2) + 1, "frame {frame}");
+        assert_eq!(stage.world.touched(), (0, 0), "no ray was there yet");
+        stage.look(&mut random, 1);
+        if frame == 8 || frame == 9 {
+            stage.look(&mut random, 2);
+            assert_eq!(stage.world.touched().0, u64::from(frame == 8), "it waited for these rays");
+        }
+    }
+    // Nothing moves: who waits goes on doing so.
+    let stats = stage.update();
+    assert_eq!((stats.objects_waiting, stats.objects_refitted, stats.objects_built), (0, 0, 0));
+    stage.look(&mut random, 2);
+    stage.look(&mut random, 1);
+}
+
+#[test]
+fn who_is_no_longer_what_it_was_when_it_began_to_wait_is_built() {
+    let mut random = Random::new(Random::seed(92));
+    let mut stage = Stage::new(&mut random, &[500, 500]);
+    stage.update();
+    stage.shift(2, None, Vec3::Y);
+    assert_eq!(stage.update().objects_waiting, 1);
+    let mesh = meshes::soup(&mut random, 700, 0.2);
+    stage.scene.apply(Command::DefineObject { name: 2, mesh, motion: Motion::Unstructured });
+    assert_eq!(stage.update().objects_built, 1);
+    stage.look(&mut random, 2);
+    stage.shift(1, None, Vec3::Y);
+    assert_eq!(stage.update().objects_waiting, 1);
+    stage.scene.apply(Command::SetStrategy { name: 1, strategy: Strategy::Sah });
+    assert_eq!(stage.update().objects_built, 1);
+    stage.look(&mut random, 1);
+}
+
+#[test]
+fn motion_that_wears_the_tree_in_every_frame_is_answered_by_builds_alone() {
+    let mut random = Random::new(Random::seed(93));
+    let mut stage = Stage::new(&mut random, &[4000]);
+    stage.update();
+    stage.look(&mut random, 1);
+    for frame in 0..6 {
+        let positions: Vec<Vec3> =
+            stage.scene.objects[&1].mesh.positions.chunks(3).fold(Vec::new(), |mut all, corners| {
+                let by = random.vec() * 2.0;
+                all.extend(corners.iter().map(|p| *p + by));
+                all
+            });
+        stage.scene.apply(Command::UpdatePositions { name: 1, first: 0, positions });
+        let stats = stage.update();
+        assert_eq!((stats.objects_built, stats.objects_refitted), (1, 0), "frame {frame}");
+        stage.look(&mut random, 1);
+    }
+    // Calm again, it is refit again, after a pause.
+    let refitted: Vec<u32> = (0..10)
+        .map(|_| {
+            stage.shift(1, None, Vec3::splat(0.01));
+            let stats = stage.update();
+            stage.look(&mut random, 1);
+            stats.objects_refitted
+        })
+        .collect();
+    assert_eq!(refitted[9], 1, "{refitted:?}");
+}
