@@ -368,6 +368,8 @@ mod tests {
         let mut world = world(Strategy::Auto);
         let mut update = |scene: &Scene| {
             let stats = world.update(scene, &HERE);
+            // A ray comes.
+            world.objects()[0].structure();
             (stats.objects_built, stats.objects_refitted)
         };
         assert_eq!(update(&scene), (1, 0));
@@ -377,6 +379,8 @@ mod tests {
         // Far from what it was built for.
         shake(&mut scene, &mut random, 2.0);
         assert_eq!(update(&scene), (1, 0));
+        shake(&mut scene, &mut random, 1e-3);
+        assert_eq!(update(&scene), (1, 0), "after a defeat a refit is not tried at once");
         shake(&mut scene, &mut random, 1e-3);
         assert_eq!(update(&scene), (0, 1));
         scene.apply(Command::DefineObject { name: 1, mesh: bumpy_sphere(5, 5), motion: Motion::Unstructured });

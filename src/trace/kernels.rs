@@ -9,9 +9,9 @@ use super::packet_batch::trace_many;
 use super::packet_object::traverse_object;
 use super::packet_query::{RayPacket, trace_packet};
 use super::packet_scene::Scratch;
-use super::traverse_bvh::{SlabLanes, traverse};
-use super::traverse_lazy::{self, At};
-use super::triangle4::{Edges, RayLanes, resolve};
+use super::traverse_bvh::traverse;
+use super::traverse_lazy::{self, At, Lanes};
+use super::triangle4::{Edges, resolve};
 use super::{Hit, PreparedRay, Ray, traverse_top_bvh};
 use crate::accel::{Bvh, LazyBvh, TopLevelBvh, Tri4, TwoLevel};
 use crate::simd::{Isa, Level, Scalar};
@@ -19,7 +19,6 @@ use crate::simd::{Isa, Level, Scalar};
 type Intersect = unsafe fn(&Bvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
 type Occluded = unsafe fn(&Bvh, &PreparedRay) -> bool;
 type Lazy = unsafe fn(&LazyBvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
-type LazyPacket = unsafe fn(&LazyBvh, usize, &Packet, u64, u32, u32, &mut Found);
 type Scene = unsafe fn(&TwoLevel, &TopLevelBvh, &PreparedRay, &mut Hit) -> bool;
 type IntersectMany = unsafe fn(&TwoLevel, &[Ray], &mut [Option<Hit>]) -> bool;
 type OccludedMany = unsafe fn(&TwoLevel, &[Ray], &mut [bool]) -> bool;
@@ -33,8 +32,6 @@ pub struct Kernels {
     occluded: Occluded,
     lazy_intersect: Lazy,
     lazy_occluded: Lazy,
-    lazy_packet_intersect: LazyPacket,
-    lazy_packet_occluded: LazyPacket,
     scene_intersect: Scene,
     scene_occluded: Scene,
     pub(super) intersect_many: IntersectMany,
@@ -71,6 +68,32 @@ pub(super) trait Shells: Isa {
     /// # Safety
     /// - The processor has the instruction set.
     unsafe fn packet<const ANY: bool>(bvh: &Bvh, packet: &Packet, mask: u64, numbers: (u32, u32), found: &mut Found);
+
+    /// One ray through a lazy tree, from a child of a segment down: see [`traverse_lazy::below`].
+    ///
+    /// # Safety
+    /// - The processor has the instruction set; the child is of the segment, and `lanes` are those of `ray`.
+    unsafe fn lazy<const ANY: bool>(
+        lazy: &LazyBvh,
+        at: At,
+        lanes: &Lanes<Self>,
+        ray: &PreparedRay,
+        numbers: (u32, u32),
+        best: &mut Hit,
+    ) -> bool;
+
+    /// A packet through a lazy tree, from the root of a segment down: see [`traverse_lazy::packet_below`].
+    ///
+    /// # Safety
+    /// - The processor has the instruction set; the tree is not empty.
+    unsafe fn lazy_packet<const ANY: bool>(
+        lazy: &LazyBvh,
+        segment: usize,
+        packet: &Packet,
+        mask: u64,
+        numbers: (u32, u32),
+        found: &mut Found,
+    );
 }
 
 /// Writes the shells of one instruction set as a module.
@@ -146,18 +169,31 @@ macro_rules! shells {
             /// # Safety
             /// - The processor has the features named; the child is of the segment.
             $(#[target_feature(enable = $feature)])*
-            unsafe fn lazy_below<const ANY: bool>(
+            unsafe fn lazy_shell<const ANY: bool>(
                 lazy: &LazyBvh,
                 at: At,
-                lanes: &(SlabLanes<$isa>, RayLanes<$isa>),
+                lanes: &Lanes<$isa>,
                 ray: &PreparedRay,
-                object: u32,
-                instance: u32,
+                numbers: (u32, u32),
                 best: &mut Hit,
             ) -> bool {
-                let deeper = lazy_below::<ANY>;
                 // SAFETY: the caller's promise.
-                unsafe { traverse_lazy::below::<$isa, ANY>(lazy, at, lanes, ray, object, instance, best, deeper) }
+                unsafe { traverse_lazy::below::<$isa, ANY>(lazy, at, lanes, ray, numbers, best) }
+            }
+
+            /// # Safety
+            /// - The processor has the features named; the tree is not empty.
+            $(#[target_feature(enable = $feature)])*
+            unsafe fn lazy_packet_shell<const ANY: bool>(
+                lazy: &LazyBvh,
+                segment: usize,
+                packet: &Packet,
+                mask: u64,
+                numbers: (u32, u32),
+                found: &mut Found,
+            ) {
+                // SAFETY: the caller's promise.
+                unsafe { traverse_lazy::packet_below::<$isa, ANY>(lazy, segment, packet, mask, numbers, found) }
             }
 
             /// # Safety
@@ -171,28 +207,7 @@ macro_rules! shells {
                 best: &mut Hit,
             ) -> bool {
                 // SAFETY: the caller's promise.
-                unsafe { traverse_lazy::traverse::<$isa>(lazy, ray, object, instance, best, lazy_below::<ANY>) }
-            }
-
-            /// # Safety
-            /// - The processor has the features named; the tree is not empty.
-            $(#[target_feature(enable = $feature)])*
-            unsafe fn lazy_packet<const ANY: bool>(
-                lazy: &LazyBvh,
-                segment: usize,
-                packet: &Packet,
-                mask: u64,
-                object: u32,
-                instance: u32,
-                found: &mut Found,
-            ) {
-                let (deeper, alone) = (lazy_packet::<ANY>, lazy_below::<ANY>);
-                // SAFETY: the caller's promise.
-                unsafe {
-                    traverse_lazy::packet_below::<$isa, ANY>(
-                        lazy, segment, packet, mask, object, instance, found, deeper, alone,
-                    );
-                }
+                unsafe { traverse_lazy::traverse::<$isa, ANY>(lazy, ray, (object, instance), best) }
             }
 
             /// # Safety
@@ -278,6 +293,32 @@ macro_rules! shells {
                     // SAFETY: the caller's promise.
                     unsafe { object_shell::<ANY>(bvh, packet, mask, numbers, found) }
                 }
+
+                #[inline(always)]
+                unsafe fn lazy<const ANY: bool>(
+                    lazy: &LazyBvh,
+                    at: At,
+                    lanes: &Lanes<$isa>,
+                    ray: &PreparedRay,
+                    numbers: (u32, u32),
+                    best: &mut Hit,
+                ) -> bool {
+                    // SAFETY: the caller's promise.
+                    unsafe { lazy_shell::<ANY>(lazy, at, lanes, ray, numbers, best) }
+                }
+
+                #[inline(always)]
+                unsafe fn lazy_packet<const ANY: bool>(
+                    lazy: &LazyBvh,
+                    segment: usize,
+                    packet: &Packet,
+                    mask: u64,
+                    numbers: (u32, u32),
+                    found: &mut Found,
+                ) {
+                    // SAFETY: the caller's promise.
+                    unsafe { lazy_packet_shell::<ANY>(lazy, segment, packet, mask, numbers, found) }
+                }
             }
 
             pub(super) static KERNELS: Kernels = Kernels {
@@ -286,8 +327,6 @@ macro_rules! shells {
                 occluded,
                 lazy_intersect: lazy::<false>,
                 lazy_occluded: lazy::<true>,
-                lazy_packet_intersect: lazy_packet::<false>,
-                lazy_packet_occluded: lazy_packet::<true>,
                 scene_intersect,
                 scene_occluded,
                 intersect_many,
@@ -375,33 +414,9 @@ impl Kernels {
         instance: u32,
         best: &mut Hit,
     ) -> bool {
+        let kernel = if ANY { self.lazy_occluded } else { self.lazy_intersect };
         // SAFETY: `new` picks only levels that the processor has.
-        unsafe {
-            if ANY {
-                (self.lazy_occluded)(lazy, ray, object, instance, &mut Hit::none(ray.tmax))
-            } else {
-                (self.lazy_intersect)(lazy, ray, object, instance, best)
-            }
-        }
-    }
-
-    /// The rays of `mask` in a tree that is brought up to date on the way; with `ANY` those that are hit leave `found.open`.
-    #[inline]
-    pub(super) fn lazy_packet<const ANY: bool>(
-        &self,
-        lazy: &LazyBvh,
-        packet: &Packet,
-        mask: u64,
-        object: u32,
-        instance: u32,
-        found: &mut Found,
-    ) {
-        if lazy.is_empty() {
-            return;
-        }
-        let kernel = if ANY { self.lazy_packet_occluded } else { self.lazy_packet_intersect };
-        // SAFETY: `new` picks only levels that the processor has; the tree is not empty.
-        unsafe { kernel(lazy, 0, packet, mask, object, instance, found) }
+        unsafe { kernel(lazy, ray, object, instance, best) }
     }
 
     /// The ray through the top-level tree and the objects below it: both levels in one shell. With `ANY` the first hit

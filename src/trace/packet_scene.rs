@@ -9,7 +9,7 @@ use super::kernels::Shells;
 use super::packet::{Found, GROUPS, LANES, Packet, Rows, groups};
 use super::packet_boxes::{Slabs, enters_box};
 use super::traverse_packet::{Leaves, traverse_packet};
-use super::{Hit, Kernels, PreparedRay, traverse_bsp, traverse_field, traverse_grid, traverse_scene};
+use super::{Hit, Kernels, PreparedRay, traverse_bsp, traverse_field, traverse_grid, traverse_lazy, traverse_scene};
 use crate::accel::{ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh, TwoLevel};
 use crate::simd::{Isa, Vector, bits};
 
@@ -166,8 +166,7 @@ impl<const ANY: bool> Instances<'_, ANY> {
                     None => traverse_field::occluded(field, ray),
                 }),
                 Structure::Lazy(lazy) => {
-                    let kernels = Kernels::of(world.level());
-                    kernels.lazy_packet::<ANY>(lazy, packet, mask, record.object, record.instance, found);
+                    traverse_lazy::traverse_many::<I, ANY>(lazy, packet, mask, (record.object, record.instance), found);
                 }
                 Structure::None => {}
             }

@@ -22,7 +22,7 @@ use super::one_ray::OneRay;
 use super::stack::{STACK, Stack, pop, push};
 use super::triangle4::{RayLanes, edges4};
 use super::{Hit, PreparedRay, SLAB_PAD};
-use crate::accel::{Bvh, ChildRef, Node8, WIDTH};
+use crate::accel::{Bvh, ChildRef, Node8, Tri4, WIDTH};
 use crate::simd::{Isa, Vector};
 use std::mem::MaybeUninit;
 
@@ -112,16 +112,59 @@ pub(super) unsafe fn traverse_below<I: Shells, const ANY: bool>(
     instance: u32,
     best: &mut Hit,
 ) -> bool {
-    let (nodes, blocks) = (bvh.nodes(), bvh.blocks());
+    // SAFETY: the caller's promise; a `Bvh` is a tree (its invariants, checked on construction).
+    unsafe {
+        let lanes = (SlabLanes::<I>::new(ray), RayLanes::<I>::new(ray));
+        descend::<I, ANY, _, _>((bvh.nodes(), bvh.blocks()), child, &lanes, ray, (object, instance), best, &Nothing)
+    }
+}
+
+/// What hangs below the leaves of a tree that refer to no blocks of its own.
+pub(super) trait Below {
+    /// Whether there is anything.
+    const IS_THERE: bool;
+
+    /// Looks for hits in number `i` of what is there, as [`descend`] does. Returns whether there was one that counts.
+    ///
+    /// # Safety
+    /// - That of [`descend`]; a leaf refers to it.
+    unsafe fn enter(&self, i: usize, best: &mut Hit) -> bool;
+}
+
+struct Nothing;
+
+impl Below for Nothing {
+    const IS_THERE: bool = false;
+
+    #[inline(always)]
+    unsafe fn enter(&self, _: usize, _: &mut Hit) -> bool {
+        false
+    }
+}
+
+/// The loop, in the tree of `nodes` and `blocks`, from `child` down.
+///
+/// # Safety
+/// - The processor has the instruction set `I`; `lanes` are those of `ray`.
+/// - `child` is of the tree, whose references are to its own nodes and blocks or, if something is below, to that; no path has more than
+///   `MAX_DEPTH` nodes.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "a kernel's state, kept in registers")]
+pub(super) unsafe fn descend<I: Shells, const ANY: bool, R: OneRay, B: Below>(
+    (nodes, blocks): (&[Node8], &[Tri4]),
+    child: ChildRef,
+    (slabs, lanes): &(SlabLanes<I>, RayLanes<I>),
+    ray: R,
+    numbers: (u32, u32),
+    best: &mut Hit,
+    below: &B,
+) -> bool {
     let mut stack: Stack = [const { MaybeUninit::uninit() }; STACK];
     let mut depth = 0;
     let mut found = false;
     let mut current = child;
-    // SAFETY: the caller's promise, for all vector operations. The references in a `Bvh` are to its own nodes and blocks
-    // and paths have at most MAX_DEPTH nodes (its invariants, checked on construction); all nodes but
-    // the first come from the stack.
+    // SAFETY: the caller's promise, for all vector operations and references; all nodes but the first come from the stack.
     unsafe {
-        let (slabs, lanes) = (SlabLanes::<I>::new(ray), RayLanes::<I>::new(ray));
         let mut limit = I::F8::splat(best.t * SLAB_PAD);
         loop {
             // Down to a leaf.
@@ -138,11 +181,19 @@ pub(super) unsafe fn traverse_below<I: Shells, const ANY: bool>(
             };
             if reached {
                 let mut closer = false;
-                for block in blocks.get_unchecked(current.blocks()) {
-                    let Some((candidates, edges)) = edges4(&lanes, block) else { continue };
-                    closer |= I::resolve::<ANY, _>(ray, block, candidates, &edges, (object, instance), best);
+                let run = current.blocks();
+                if B::IS_THERE && run.start >= blocks.len() {
+                    closer = below.enter(run.start - blocks.len(), best);
                     if ANY && closer {
                         return true;
+                    }
+                } else {
+                    for block in blocks.get_unchecked(run) {
+                        let Some((candidates, edges)) = edges4(lanes, block) else { continue };
+                        closer |= I::resolve::<ANY, _>(ray, block, candidates, &edges, numbers, best);
+                        if ANY && closer {
+                            return true;
+                        }
                     }
                 }
                 if closer {

@@ -11,7 +11,7 @@
 use super::kernels::Shells;
 use super::stack::{STACK, Stack, pop, push};
 use super::traverse_scene::{SceneRay, transform};
-use super::{Hit, Kernels, PreparedRay, SLAB_PAD, traverse_bsp, traverse_field, traverse_grid};
+use super::{Hit, PreparedRay, SLAB_PAD, traverse_bsp, traverse_field, traverse_grid, traverse_lazy};
 use crate::accel::{ChildRef, InstanceRecord, Node8, Space, Structure, TopLevelBvh, TwoLevel};
 use crate::simd::{Isa, Vector};
 use std::mem::MaybeUninit;
@@ -168,8 +168,9 @@ unsafe fn visit<I: Shells, const ANY: bool>(
                     return traverse_field::intersect(field, local, record.object, record.instance, best);
                 }
                 Structure::Lazy(lazy) => {
-                    let kernels = Kernels::of(world.level());
-                    return kernels.lazy::<ANY>(lazy, local, record.object, record.instance, best);
+                    let numbers = (record.object, record.instance);
+                    // SAFETY: the caller's promise.
+                    return unsafe { traverse_lazy::traverse::<I, ANY>(lazy, local, numbers, best) };
                 }
                 Structure::None => return false,
             }
