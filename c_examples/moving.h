@@ -24,7 +24,7 @@ static const struct {
     RTenum strategy;
 } movingStrategies[] = {
     {"auto", RT_AUTO},       {"bsp", RT_BSP},   {"sah", RT_SAH},   {"fast_build", RT_FAST_BUILD}, {"refit", RT_REFIT},
-    {"rotate", RT_ROTATE},   {"lazy", RT_LAZY}, {"grid", RT_GRID},
+    {"rotate", RT_ROTATE},   {"lazy", RT_LAZY}, {"grid", RT_GRID}, {"visibility_field", RT_VISIBILITY_FIELD},
 };
 enum { STRATEGIES = sizeof movingStrategies / sizeof movingStrategies[0] };
 

@@ -269,6 +269,10 @@ typedef struct RTframeStats {
     RTuint objectsBuilt;
     /** Objects whose structure was brought up to date in place. */
     RTuint objectsRefitted;
+    /**
+     * Objects whose vertices have moved and that no ray met in the frame before: with RT_AUTO their structures wait for one.
+     */
+    RTuint objectsWaiting;
     /** RT_STATIC instances whose triangles have been merged into one structure. */
     RTuint mergedInstances;
     /** RT_TRUE when the frame was cancelled; some pixels then show an older frame. */

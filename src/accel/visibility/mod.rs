@@ -21,8 +21,8 @@
 //! rays). S4, a soup of 65,536: field 1.25, 0.71, 0.30; BSP 0.40, 0.26, 0.16; BVH 2.9, 1.8, 1.3. S6, cloth of 92,000: field 1.3, 1.4, 0.42; BSP of a moving object
 //! 0.15, 0.44, 0.18; BVH 5.5, 4.1, 3.0. S1, 1.3 million, with coarse subfields only: field 0.23, 0.32, 0.08; BSP 0.80, 0.59, 0.44; BVH 3.5, 3.1, 2.6. So the field is faster
 //! than a BSP that is built fast, slower than one built by SAH (S1, and the room of figure 2: 200 ms per frame against 102), and the BVH is two to seven times as
-//! fast, on S1 ten to thirty. It holds 172 MiB for S4 and 228 for S6, the BVH 4 and 6. Figure 2: one body of 564 moving triangles among 51,000 resting ones costs 0.8 to 2.5 ms
-//! per frame and 6 % more time for rays. Most of a ray's time are triangle tests. Tried: twice as many tiles, no gain; four times as many, a quarter to a third slower.
+//! fast, on S1 ten to thirty. It holds 172 MiB for S4 and 228 for S6, the BVH 4 and 6. Figure 2: one body of 564 moving triangles among 51,000 resting ones costs 2.5 ms
+//! per frame and 6 % more time for rays, or as an object of its own 0.8 ms and 14 %. Most of a ray's time are triangle tests. Tried: twice as many tiles, no gain; four times as many, a quarter to a third slower.
 //!
 //! *Where we differ.* Subfields are made when rays ask, in a budget of memory ([`subfields`]); the paper makes all of them first. A shear in place of a rotation
 //! ([`subfield`]). Beams of both ways are one. A reference says which part of its tile a triangle covers.

@@ -22,8 +22,10 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering:
 
 /// Bytes that the subfields of a set may hold: this,
 const LEAST_BUDGET: usize = 32 << 20;
-/// or so much per triangle.
+/// or so much per triangle,
 const BUDGET_PER_TRIANGLE: usize = 4096;
+/// but not more: a large mesh makes do with coarser directions, or with fewer at a time.
+const MOST_BUDGET: usize = 1 << 30;
 /// What a subfield is taken to hold per triangle before there is one.
 const USUAL_BYTES: usize = 64;
 /// Subdivisions of the coarse directions.
@@ -67,7 +69,7 @@ struct Asked {
 impl Subfields {
     /// No subfields yet, of a set of so many triangles.
     pub fn new(triangles: usize, ordered: bool) -> Result<Self, OutOfMemory> {
-        let budget = LEAST_BUDGET.max(triangles.saturating_mul(BUDGET_PER_TRIANGLE));
+        let budget = triangles.saturating_mul(BUDGET_PER_TRIANGLE).clamp(LEAST_BUDGET, MOST_BUDGET);
         let each = triangles.saturating_mul(USUAL_BYTES).max(1);
         let coarse = Directions::of_level(COARSE);
         let fits = |level: &usize| Directions::of_level(*level).count().saturating_mul(each) <= budget / 4 * 3;
