@@ -149,7 +149,6 @@ impl Below for Nothing {
 /// - `child` is of the tree, whose references are to its own nodes and blocks or, if something is below, to that; no path has more than
 ///   `MAX_DEPTH` nodes.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "a kernel's state, kept in registers")]
 pub(super) unsafe fn descend<I: Shells, const ANY: bool, R: OneRay, B: Below>(
     (nodes, blocks): (&[Node8], &[Tri4]),
     child: ChildRef,
