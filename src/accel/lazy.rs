@@ -23,12 +23,12 @@
 //!
 //! *The mesh* is that of the scene, by a weak reference: a change of the scene then need not copy it, but cuts the tree off until the update that must follow.
 
-use super::block_loader::{BlockBox, Load, Prims, load};
-use super::bvh::{BLOCK, ChildRef, Node8, OutOfMemory, Tri4, WIDTH};
+use super::block_loader::{BlockBox, Load, load};
+use super::bvh::{ChildRef, Node8, OutOfMemory, Tri4, WIDTH};
 use super::lazy_cut::{Segment, Topology};
 use super::links::Links;
 use super::memory::reserve;
-use super::refit::set_bounds;
+use super::refit::{Keep, set_bounds};
 use super::vertex_box::{box_of_all, box_of_listed};
 use super::{Aabb, build_sah};
 use crate::scene::{LazyShape, Mesh};
@@ -126,7 +126,7 @@ impl LazyBvh {
         let mut nodes = reserve(topology.children.len())?;
         nodes.extend(topology.children.iter().map(|&children| Node8 { children, ..Node8::EMPTY }));
         let mut blocks = reserve(topology.prims.len())?;
-        blocks.extend(topology.prims.iter().map(|&prims| Tri4 { prims, ..Tri4::EMPTY }));
+        blocks.extend(topology.empty_blocks(0..topology.prims.len()));
         let places = topology.segments.iter().map(|s| (s.nodes.clone(), s.blocks.clone()));
         let parts = OnTouch::new(nodes, blocks, places);
         let prim_count = mesh.triangles.len();
@@ -239,7 +239,7 @@ impl LazyBvh {
                 .iter()
                 .map(|&c| Node8 { children: c, ..Node8::EMPTY })
                 .collect(),
-            blocks: vec![Tri4::EMPTY; blocks.len()],
+            blocks: self.topology.empty_blocks(blocks.clone()).collect(),
             below: below.start,
         };
         self.write(segment, mesh, &mut own.nodes, &mut own.blocks, &self.boxes_below(segment, mesh, false));
@@ -273,12 +273,12 @@ impl LazyBvh {
         }
     }
 
-    /// Blocks from triangles, then nodes, last first. `below` are the boxes of the segments below.
+    /// Blocks, which have the numbers of their triangles already, then nodes, last first. `below` are the boxes of the segments below.
     fn write(&self, segment: usize, mesh: &Mesh, nodes: &mut [Node8], blocks: &mut [Tri4], below: &[BlockBox]) {
         let part = &self.topology.segments[segment];
-        let prims = Listed(&self.topology.prims[part.blocks.clone()]);
         let mut leaves = Vec::with_capacity(blocks.len());
-        load(Load { mesh, blocks, prims: &prims, boxes: &mut leaves });
+        // To read the numbers out of the blocks, some blocks ahead, also fetches what will be written.
+        load(Load { mesh, blocks, prims: &Keep, boxes: &mut leaves });
         if part.dropped && leaves.iter().any(|b| b.lo.cmple(b.hi).bitmask() & 7 == 7) {
             self.revived.store(true, Ordering::Relaxed);
         }
@@ -310,15 +310,5 @@ fn lane_box(child: ChildRef, leaves: &[BlockBox], nodes: &[BlockBox], below: &[B
         leaves[run.start + 1..run.end].iter().fold(leaves[run.start], |all, b| all.union(b))
     } else {
         below[run.start - leaves.len()]
-    }
-}
-
-/// Blocks with these triangles.
-struct Listed<'a>(&'a [[u32; BLOCK]]);
-
-impl Prims for Listed<'_> {
-    #[inline(always)]
-    fn prims(&self, _: &[Tri4], index: usize) -> [u32; BLOCK] {
-        self.0[index]
     }
 }

@@ -11,7 +11,7 @@
 //! in the order of their numbers, with empty boxes as long as nothing can hit them. So no change of vertices ever asks for a build.
 
 use super::OutOfMemory;
-use super::bvh::{BLOCK, Bvh, ChildRef, MAX_LEAF_BLOCKS, WIDTH};
+use super::bvh::{BLOCK, Bvh, ChildRef, MAX_LEAF_BLOCKS, Tri4, WIDTH};
 use super::memory::reserve;
 use crate::scene::{LazyShape, Mesh};
 use rayon::prelude::*;
@@ -50,6 +50,11 @@ impl Topology {
             + self.prims.capacity() * size_of::<[u32; BLOCK]>()
             + self.segments.capacity() * size_of::<Segment>()
             + self.vertices.capacity() * size_of::<u32>()
+    }
+
+    /// Blocks that have their triangles' numbers, but no corners yet.
+    pub fn empty_blocks(&self, blocks: Range<usize>) -> impl Iterator<Item = Tri4> {
+        self.prims[blocks].iter().map(|&prims| Tri4 { prims, ..Tri4::EMPTY })
     }
 
     /// Cuts the tree of `mesh`. To be called inside the pool.
