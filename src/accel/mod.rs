@@ -59,6 +59,7 @@ pub use top_level_bsp::{TOP_MAX_DEPTH, TopLevelBsp, TopNode};
 pub use top_level_bvh::TopLevelBvh;
 pub use two_level::{TopLevel, TwoLevel, UpdateStats};
 pub use validate::validate;
+pub(crate) use visibility::tile_of;
 pub use visibility::{
     Candidates, Directions, FieldSize, Frame, MOST_LEVELS, Subfield, TileList, TileRef, VisibilityField,
 };

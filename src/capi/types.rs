@@ -93,7 +93,8 @@ pub struct RTframeStats {
     pub triangles: RTdouble,
     /// Nodes of acceleration structures that were computed anew before the first ray.
     pub nodesUpdated: RTdouble,
-    /// Subtrees of RT_LAZY objects and subfields of RT_VISIBILITY_FIELD that rays of the frame were the first to reach and so had computed anew.
+    /// Subtrees of RT_LAZY objects, subfields of RT_VISIBILITY_FIELD and objects that waited for a ray (see objectsWaiting)
+    /// that rays of the frame were the first to reach and so had computed anew.
     pub subtreesTouched: RTdouble,
     /// Nodes in these subtrees, which nodesUpdated does not count.
     pub nodesTouched: RTdouble,

@@ -21,7 +21,7 @@
 //! A ray whose error is not small against a tile, from an origin far out, or one with a direction too small for reciprocals to be true, looks at all triangles.
 
 use super::{Hit, PreparedRay, triangle};
-use crate::accel::{Candidates, Frame, Subfield, TileRef, VisibilityField};
+use crate::accel::{Candidates, Frame, Subfield, TileRef, VisibilityField, tile_of};
 
 /// How far a ray may pass from a point that it hits, as a part of the distance: 32 half ulps.
 const DRIFT: f64 = 1.0 / (1 << 19) as f64;
@@ -194,7 +194,7 @@ impl<const ANY: bool> Search<'_, ANY> {
         let (from, to) = (path.place(major, enter), path.place(major, exit));
         let forward = path.by[major] >= 0.0;
         let spare = if forward { path.error[major] } else { -path.error[major] };
-        let (first, last) = (tile(from - spare, counts[major]), tile(to + spare, counts[major]));
+        let (first, last) = (tile_of(from - spare, counts[major]), tile_of(to + spare, counts[major]));
         // Positive for -0 as well. What is not a number below, 0 times this, is passed over by `min` and `max`.
         let inv = if path.by[major] == 0.0 { f64::INFINITY } else { 1.0 / path.by[major] };
         let mut slice = first;
@@ -208,8 +208,8 @@ impl<const ANY: bool> Search<'_, ANY> {
                 return false;
             }
             let (a, b) = (path.place(minor, begin), path.place(minor, end));
-            let low = tile(a.min(b) - path.error[minor], counts[minor]);
-            let high = tile(a.max(b) + path.error[minor], counts[minor]);
+            let low = tile_of(a.min(b) - path.error[minor], counts[minor]);
+            let high = tile_of(a.max(b) + path.error[minor], counts[minor]);
             for row in low..=high {
                 let mut at = [slice; 2];
                 at[minor] = row;
@@ -266,13 +266,6 @@ impl<const ANY: bool> Search<'_, ANY> {
         }
         false
     }
-}
-
-/// A column or row; those outside count to the outermost one.
-#[inline(always)]
-fn tile(x: f64, count: usize) -> usize {
-    // What is below 0 or not a number becomes 0.
-    (x as usize).min(count - 1)
 }
 
 /// The ray's place in a tile at a depth, in steps of a reference's cover.

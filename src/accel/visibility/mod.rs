@@ -34,6 +34,7 @@ mod subfield;
 mod subfields;
 
 pub use directions::{Directions, MOST_LEVELS};
+pub(crate) use raster::tile_of;
 pub use subfield::{Frame, Subfield, TileList, TileRef};
 
 use super::memory::{filled, reserve};

@@ -14,7 +14,7 @@ pub(super) struct Piece {
 
 /// The column or row of a coordinate; those outside count to the outermost one.
 #[inline(always)]
-pub(super) fn cell(x: f64, count: usize) -> usize {
+pub(crate) fn tile_of(x: f64, count: usize) -> usize {
     // What is below 0 or not a number becomes 0.
     (x as usize).min(count - 1)
 }
@@ -24,7 +24,7 @@ pub(super) fn cell(x: f64, count: usize) -> usize {
 fn cells(points: &[[f64; 2]; 3], axis: usize, count: usize) -> (f64, f64, usize, usize) {
     let [a, b, c] = [points[0][axis], points[1][axis], points[2][axis]];
     let (lo, hi) = (a.min(b).min(c), a.max(b).max(c));
-    (lo, hi, cell(lo - MARGIN, count), cell(hi + MARGIN, count))
+    (lo, hi, tile_of(lo - MARGIN, count), tile_of(hi + MARGIN, count))
 }
 
 /// Calls `each` for every one of `counts` tiles that the triangle touches, and now and then for one that it just misses.
@@ -57,7 +57,7 @@ pub(super) fn cover(points: &[[f64; 2]; 3], counts: [usize; 2], mut each: impl F
         if lo > hi {
             continue;
         }
-        for column in cell(lo - MARGIN, counts[0])..=cell(hi + MARGIN, counts[0]) {
+        for column in tile_of(lo - MARGIN, counts[0])..=tile_of(hi + MARGIN, counts[0]) {
             let (left, bottom) = (column as f64, row as f64);
             each(Piece {
                 tile: [column, row],
@@ -101,7 +101,7 @@ mod tests {
                 }
                 let p = [0, 1]
                     .map(|k| points[0][k] + (points[1][k] - points[0][k]) * u + (points[2][k] - points[0][k]) * v);
-                let tile = [cell(p[0], counts[0]), cell(p[1], counts[1])];
+                let tile = [tile_of(p[0], counts[0]), tile_of(p[1], counts[1])];
                 let outside = (0..2).any(|k| p[k] < 0.0 || p[k] > counts[k] as f64);
                 let inside = |piece: &Piece| (0..2).all(|k| piece.lo[k] <= p[k] + 2e-7 && p[k] <= piece.hi[k] + 2e-7);
                 assert!(

@@ -12,7 +12,7 @@
 //! *Numbers.* The frame is computed in f64, where rounding is nothing beside that of rays (see `trace/traverse_field`); what is stored is rounded
 //! outwards.
 
-use super::raster::{Piece, cell, cover};
+use super::raster::{Piece, cover, tile_of};
 use crate::accel::memory::recycled;
 use crate::accel::{OutOfMemory, triangle_bounds};
 use glam::Vec3;
@@ -279,7 +279,7 @@ impl Subfield {
             for (i, p) in points.into_iter().enumerate() {
                 // Middles are rounded, to f32 of the object's units.
                 let slack = if i < 3 { 1e-6 } else { return };
-                let tile = [cell(p[0], self.counts[0]), cell(p[1], self.counts[1])];
+                let tile = [tile_of(p[0], self.counts[0]), tile_of(p[1], self.counts[1])];
                 let TileList { unordered, ordered, .. } = self.list(tile[0], tile[1]);
                 let holds = |r: &TileRef| {
                     let at = |k: usize| (p[k] - tile[k] as f64) * 256.0;
