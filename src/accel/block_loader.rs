@@ -120,11 +120,12 @@ fn corner(coordinates: &[f32], triangles: &Rows, corner: usize) -> [Vec4; 3] {
 /// A vertex; the last lane is meaningless.
 #[inline(always)]
 pub(super) fn vertex(coordinates: &[f32], index: u32) -> Vec4 {
-    let rest = &coordinates[3 * index as usize..];
-    match rest.first_chunk::<4>() {
-        Some(point) => Vec4::from_array(*point),
+    let start = 3 * index as usize;
+    // One comparison, where a slice from `start` on and its length would be two.
+    match coordinates.get(start..start + 4) {
+        Some(point) => Vec4::from_slice(point),
         // The last vertex of the mesh.
-        None => Vec4::new(rest[0], rest[1], rest[2], 0.0),
+        None => Vec4::new(coordinates[start], coordinates[start + 1], coordinates[start + 2], 0.0),
     }
 }
 

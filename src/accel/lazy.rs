@@ -2,7 +2,7 @@
 //! Ray Tracing of Deformable Models*, 2003, §3).
 //!
 //! The hierarchy is built once, and cut into segments ([`super::lazy_cut`]): a top, and subtrees below it. When vertices have moved,
-//! an update only says so, by counting up one number. The first ray that reaches a segment writes it: blocks from the triangles, the boxes of segments
+//! an update only says so, by counting up one number. The first ray that reaches a segment writes it ([`super::lazy_write`]): a copy of its vertices, the boxes of segments
 //! below from their vertices, each shared vertex once ([`super::vertex_box`]), the nodes above by merging. For the top that is the paper's hybrid update of
 //! the middle level and all above it; for the segments below it is one of the paper's heuristics, all levels of a subtree at once, or a few, or one
 //! ([`LazyShape`]).
@@ -11,28 +11,30 @@
 //! an object that was met in the frame before is written at the update, by all threads. A stamp belongs to a segment, not to a node: the loop over nodes
 //! is that of any tree, and structures of other strategies pay nothing. Paper and field write boxes in one thread; here any
 //! thread may be the first ([`OnTouch`]): it alone writes the segment, and one that comes while it does writes a private copy rather than wait.
+//! Triangles are not laid out in blocks, as in our other trees, but refer to the segment's vertices; who tests four of them gathers their corners.
 //!
 //! *Same hits.* Boxes from vertices are a little larger than those from triangles, and contain them; a box that is larger never changes a hit.
 //!
-//! *Measured* on nine bodies of 81,920 triangles, primary and shadow rays, all bodies in sight (`cargo bench --bench peers -- lazy`; one thread, a busy machine, a build
-//! of the development profile, so the ratios count and not the times). A complete refit takes 18.6 ns per triangle in a tree
-//! whose leaves hold several triangles; so there is less to save than in the paper, whose hold one. Update before the first ray 8.4 times cheaper with subtrees of 1024
-//! triangles, 11.6 times with 4096 (paper: 17); update and rays together 1.35 times with 5×5 sub-sampling (paper: 1.5) and 1.69 times with 10×10 (paper: 2.6).
-//! Subtrees of 256 to 4096 triangles and half the height are alike in total. One level at a time is slower than a refit with 5×5 (0.96), as the
-//! same vertices are looked at on each level; two levels at a time are up to a tenth slower than all. The paper prefers one level; its nodes hold one box and one triangle.
+//! *Measured* on nine bodies of 81,920 triangles, with reflections and two lights, one thread (`cargo bench --bench papers -- larsson1 --quick`, whose head says what
+//! limits it). Of a segment's time, half goes to boxes of leaves and a third to fetching vertices. Per triangle that a ray has updated it is 8 ns in subtrees of 1024, where a complete
+//! refit takes 14; with blocks of corners it was 18 to 22 (see [`super::lazy_write`]). Gathering makes rays a seventh slower, a third of which was saved by the order of vertices:
+//! those of a leaf are neighbours. Subtrees of 256 to 4096 triangles and half the height are alike in total. One level at a time is
+//! slower, as the same vertices are looked at on each level; the paper prefers it, but its nodes hold one box and one triangle.
 //!
 //! *The mesh* is that of the scene, by a weak reference: a change of the scene then need not copy it, but cuts the tree off until the update that must follow.
 
-use super::block_loader::{BlockBox, Load, load};
-use super::bvh::{ChildRef, Node8, OutOfMemory, Tri4, WIDTH};
-use super::lazy_cut::{Segment, Topology};
+use super::block_loader::BlockBox;
+use super::bvh::{ChildRef, Node8, OutOfMemory};
+use super::lazy_cut::{LazyBlock, Segment, Topology};
+use super::lazy_write::Write;
 use super::links::Links;
-use super::memory::reserve;
-use super::refit::{Keep, set_bounds};
+use super::memory::{filled, reserve};
 use super::vertex_box::{box_of_all, box_of_listed};
 use super::{Aabb, build_sah};
 use crate::scene::{LazyShape, Mesh};
+use crate::simd::{self, Level};
 use crate::threads::OnTouch;
+use glam::Vec4;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Weak};
@@ -63,7 +65,7 @@ impl Source {
 #[derive(Debug)]
 pub struct LazyBvh {
     pub(super) topology: Topology,
-    pub(super) parts: OnTouch<Node8, Tri4>,
+    pub(super) parts: OnTouch<Node8, Vec4>,
     source: Source,
     pub(super) bounds: Aabb,
     prim_count: usize,
@@ -84,35 +86,28 @@ struct Touched {
 /// A segment that is up to date.
 #[derive(Clone, Copy, Debug)]
 pub struct LazyPart<'a> {
-    /// The root first. A leaf whose first block is beyond `blocks` is a segment.
+    /// The root first.
     pub nodes: &'a [Node8],
-    pub blocks: &'a [Tri4],
-    /// Number of the first segment below.
-    pub below: usize,
-}
-
-/// What [`LazyBvh::touch`] found.
-pub enum Touch<'a> {
-    Shared(LazyPart<'a>),
-    /// Another thread is writing the segment; this is a copy.
-    Own(OwnPart),
+    /// The last lanes are meaningless.
+    pub vertices: &'a [Vec4],
+    /// The numbers of the first of both in the whole tree.
+    pub first_node: usize,
+    pub first_vertex: usize,
 }
 
 /// A segment written for one thread.
 pub struct OwnPart {
     nodes: Vec<Node8>,
-    blocks: Vec<Tri4>,
-    below: usize,
+    vertices: Vec<Vec4>,
+    first_node: usize,
+    first_vertex: usize,
 }
 
-impl Touch<'_> {
+impl OwnPart {
     /// The segment.
-    #[inline]
     pub fn part(&self) -> LazyPart<'_> {
-        match self {
-            Touch::Shared(part) => *part,
-            Touch::Own(own) => LazyPart { nodes: &own.nodes, blocks: &own.blocks, below: own.below },
-        }
+        let Self { ref nodes, ref vertices, first_node, first_vertex } = *self;
+        LazyPart { nodes, vertices, first_node, first_vertex }
     }
 }
 
@@ -125,10 +120,9 @@ impl LazyBvh {
         drop(bvh);
         let mut nodes = reserve(topology.children.len())?;
         nodes.extend(topology.children.iter().map(|&children| Node8 { children, ..Node8::EMPTY }));
-        let mut blocks = reserve(topology.prims.len())?;
-        blocks.extend(topology.empty_blocks(0..topology.prims.len()));
-        let places = topology.segments.iter().map(|s| (s.nodes.clone(), s.blocks.clone()));
-        let parts = OnTouch::new(nodes, blocks, places);
+        let vertices = filled(Vec::new(), topology.held, Vec4::ZERO)?;
+        let places = topology.segments.iter().map(|s| (s.nodes.clone(), s.held.clone()));
+        let parts = OnTouch::new(nodes, vertices, places);
         let prim_count = mesh.triangles.len();
         let (revived, touched) = (AtomicBool::new(false), Touched::default());
         Ok(Self { topology, parts, source, bounds, prim_count, revived, touched, links: None })
@@ -148,7 +142,7 @@ impl LazyBvh {
         self.parts.advance();
         if was_reached {
             let boxes = self.boxes_below(0, mesh, true);
-            let (nodes, _) = self.write_now(0, mesh, &boxes);
+            let nodes = self.write_now(0, mesh, &boxes);
             let (bounds, count) = (nodes[0].union(), nodes.len());
             self.bounds = bounds;
             Some(count)
@@ -205,64 +199,90 @@ impl LazyBvh {
         self.topology.memory_bytes() + self.parts.memory_bytes() + links + own
     }
 
-    /// A segment, if it is up to date.
+    /// The blocks of all segments.
     #[inline(always)]
-    pub fn current(&self, segment: usize) -> Option<LazyPart<'_>> {
-        let (nodes, blocks) = self.parts.current(segment)?;
-        Some(LazyPart { nodes, blocks, below: self.topology.segments[segment].below.start })
+    pub fn blocks(&self) -> &[LazyBlock] {
+        &self.topology.blocks
     }
 
-    /// A segment, brought up to date if it is not.
+    /// Where nodes and vertices of all segments begin, of which those of segments that are up to date may be read as long as `self` is borrowed.
+    #[inline(always)]
+    pub fn beginnings(&self) -> (*const Node8, *const Vec4) {
+        self.parts.beginnings()
+    }
+
+    /// The segment that a leaf stands for, if it is not of blocks.
+    #[inline(always)]
+    pub fn segment_of_leaf(&self, leaf: ChildRef) -> Option<usize> {
+        self.topology.segment_of_leaf(leaf)
+    }
+
+    /// The root of a segment, if that is up to date.
+    #[inline(always)]
+    pub fn current_root(&self, segment: usize) -> Option<ChildRef> {
+        self.parts.start_of_current(segment).map(ChildRef::node)
+    }
+
+    /// A segment, if it is up to date.
+    pub fn current(&self, segment: usize) -> Option<LazyPart<'_>> {
+        let (nodes, vertices) = self.parts.current(segment)?;
+        let Segment { nodes: all_nodes, held, .. } = &self.topology.segments[segment];
+        Some(LazyPart { nodes, vertices, first_node: all_nodes.start, first_vertex: held.start })
+    }
+
+    /// Brings a segment up to date if it is not, and gives its root; None while another thread is writing it, when all that is left is a [`LazyBvh::copy`].
     ///
     /// # Panics
     /// When the scene was changed after the last update.
     #[cold]
-    pub fn touch(&self, segment: usize) -> Touch<'_> {
+    pub fn touch(&self, segment: usize) -> Option<ChildRef> {
         let mesh = self.source.mesh();
-        let below = self.topology.segments[segment].below.start;
-        let written = self.parts.touch(segment, |nodes, blocks| {
+        self.parts.touch(segment, |nodes, vertices| {
             self.touched.segments.fetch_add(1, Ordering::Relaxed);
             self.touched.nodes.fetch_add(nodes.len() as u64, Ordering::Relaxed);
-            self.write(segment, &mesh, nodes, blocks, &self.boxes_below(segment, &mesh, false));
-        });
-        match written {
-            Some((nodes, blocks)) => Touch::Shared(LazyPart { nodes, blocks, below }),
-            None => Touch::Own(self.copy(segment, &mesh)),
-        }
+            self.write(segment, &mesh, nodes, vertices, &self.boxes_below(segment, &mesh, false));
+        })?;
+        Some(ChildRef::node(self.topology.segments[segment].nodes.start))
     }
 
     /// A segment for this thread alone.
-    fn copy(&self, segment: usize, mesh: &Mesh) -> OwnPart {
-        let Segment { nodes, blocks, below, .. } = &self.topology.segments[segment];
+    ///
+    /// # Panics
+    /// When the scene was changed after the last update.
+    #[cold]
+    pub fn copy(&self, segment: usize) -> OwnPart {
+        let mesh = &*self.source.mesh();
+        let Segment { nodes, held, .. } = &self.topology.segments[segment];
+        let children = &self.topology.children[nodes.clone()];
         let mut own = OwnPart {
-            nodes: self.topology.children[nodes.clone()]
-                .iter()
-                .map(|&c| Node8 { children: c, ..Node8::EMPTY })
-                .collect(),
-            blocks: self.topology.empty_blocks(blocks.clone()).collect(),
-            below: below.start,
+            nodes: children.iter().map(|&c| Node8 { children: c, ..Node8::EMPTY }).collect(),
+            vertices: vec![Vec4::ZERO; held.len()],
+            first_node: nodes.start,
+            first_vertex: held.start,
         };
-        self.write(segment, mesh, &mut own.nodes, &mut own.blocks, &self.boxes_below(segment, mesh, false));
+        self.write(segment, mesh, &mut own.nodes, &mut own.vertices, &self.boxes_below(segment, mesh, false));
         own
     }
 
+    /// As if another thread were writing the segment, until vertices move.
     #[cfg(test)]
-    pub(super) fn copy_for_tests(&self, segment: usize) -> Touch<'_> {
-        Touch::Own(self.copy(segment, &self.source.mesh()))
+    pub(crate) fn leave_claimed(&self, segment: usize) {
+        let panics = || self.parts.touch(segment, |_, _| panic!("on purpose")).is_some();
+        assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(panics)).is_err());
     }
 
     /// Writes a segment with the exclusive right to do so.
-    fn write_now(&mut self, segment: usize, mesh: &Mesh, boxes: &[BlockBox]) -> (&[Node8], &[Tri4]) {
+    fn write_now(&mut self, segment: usize, mesh: &Mesh, boxes: &[BlockBox]) -> &[Node8] {
         let this = &*self;
         // Not counted: no ray has asked for it.
-        let written = this.parts.touch(segment, |nodes, blocks| this.write(segment, mesh, nodes, blocks, boxes));
-        written.expect("nobody else is writing")
+        let written = this.parts.touch(segment, |nodes, vertices| this.write(segment, mesh, nodes, vertices, boxes));
+        written.expect("nobody else is writing").0
     }
 
     /// The boxes of the segments below one, from their vertices.
     fn boxes_below(&self, segment: usize, mesh: &Mesh, parallel: bool) -> Vec<BlockBox> {
         let vertex_box = |below: &Segment| {
-            let Aabb { lo, hi } = box_of_listed(&mesh.positions, &self.topology.vertices[below.vertices.clone()]);
+            let Aabb { lo, hi } = box_of_listed(&mesh.positions, &self.topology.vertices, below.all.clone());
             BlockBox { lo: lo.extend(0.0), hi: hi.extend(0.0) }
         };
         let below = &self.topology.segments[self.topology.segments[segment].below.clone()];
@@ -273,42 +293,11 @@ impl LazyBvh {
         }
     }
 
-    /// Blocks, which have the numbers of their triangles already, then nodes, last first. `below` are the boxes of the segments below.
-    fn write(&self, segment: usize, mesh: &Mesh, nodes: &mut [Node8], blocks: &mut [Tri4], below: &[BlockBox]) {
-        let part = &self.topology.segments[segment];
-        let mut leaves = Vec::with_capacity(blocks.len());
-        // To read the numbers out of the blocks, some blocks ahead, also fetches what will be written.
-        load(Load { mesh, blocks, prims: &Keep, boxes: &mut leaves });
-        if part.dropped && leaves.iter().any(|b| b.lo.cmple(b.hi).bitmask() & 7 == 7) {
+    /// `below` are the boxes of the segments below.
+    fn write(&self, segment: usize, mesh: &Mesh, nodes: &mut [Node8], vertices: &mut [Vec4], below: &[BlockBox]) {
+        let segment = &self.topology.segments[segment];
+        if simd::run(Level::detect(), Write { topology: &self.topology, segment, mesh, nodes, vertices, below }) {
             self.revived.store(true, Ordering::Relaxed);
         }
-        let mut boxes = vec![BlockBox::EMPTY; nodes.len()];
-        for (i, node) in nodes.iter_mut().enumerate().rev() {
-            let mut lanes = [BlockBox::EMPTY; WIDTH];
-            let mut all = BlockBox::EMPTY;
-            for (child, lane) in node.children.iter().zip(&mut lanes) {
-                if child.is_empty() {
-                    break;
-                }
-                *lane = lane_box(*child, &leaves, &boxes, below);
-                all = all.union(lane);
-            }
-            boxes[i] = all;
-            set_bounds(node, &lanes);
-        }
-    }
-}
-
-/// The box of a child, from those of blocks, nodes and segments below.
-#[inline(always)]
-fn lane_box(child: ChildRef, leaves: &[BlockBox], nodes: &[BlockBox], below: &[BlockBox]) -> BlockBox {
-    if !child.is_leaf() {
-        return nodes[child.index()];
-    }
-    let run = child.blocks();
-    if run.start < leaves.len() {
-        leaves[run.start + 1..run.end].iter().fold(leaves[run.start], |all, b| all.union(b))
-    } else {
-        below[run.start - leaves.len()]
     }
 }

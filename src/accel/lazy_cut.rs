@@ -1,7 +1,8 @@
 //! Cuts a tree into segments, the units of [`super::lazy`].
 //!
-//! A segment is a part of the tree that is updated at once: nodes connected with each other, and the blocks of their leaves. Where a child begins another segment, its
-//! lane refers to a "leaf" beyond the segment's own blocks: `blocks + k` is the `k`-th segment below. Segments are numbered breadth
+//! A segment is a part of the tree that is updated at once: nodes connected with each other, and the vertices of the triangles in their leaves. Nodes, blocks and
+//! vertices are numbered through the whole tree, those of a segment in a row, so rays go from segment to segment without noticing but for one thing: where a
+//! child begins another segment, its lane refers to a "leaf" beyond all blocks, `blocks + k` for segment `k`. Segments are numbered breadth
 //! first, so those below one are in a row; within a segment nodes are in depth-first order, so that every reference is to a higher number.
 //!
 //! Where to cut: the top ends where a subtree has no more than so many triangles, or at half the height, the rule of Larsson03 §3.2. Below, a segment
@@ -11,24 +12,43 @@
 //! in the order of their numbers, with empty boxes as long as nothing can hit them. So no change of vertices ever asks for a build.
 
 use super::OutOfMemory;
-use super::bvh::{BLOCK, Bvh, ChildRef, MAX_LEAF_BLOCKS, Tri4, WIDTH};
+use super::bvh::{BLOCK, Bvh, ChildRef, MAX_DEPTH, MAX_LEAF_BLOCKS, WIDTH};
 use super::memory::reserve;
 use crate::scene::{LazyShape, Mesh};
+use crate::simd::{Places, place_of};
 use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::ops::Range;
 
+/// Four triangles: where their corners are among the vertices of the tree, and their numbers.
+///
+/// A quarter of what a block with corners copied in takes, and never written after the build. A block with fewer than four repeats its last one.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct LazyBlock {
+    /// `[corner][lane]`.
+    pub corners: Places,
+    pub prims: [u32; BLOCK],
+}
+
 /// What never changes of a tree: who is whose child, in segments.
+///
+/// Invariants, relied upon by the unchecked loads of traversal:
+/// * the children of node `i` that are nodes are of its segment, with numbers above `i`; those that are segments have numbers above that of their parent;
+/// * every child is a node, a run of blocks of the segment, a segment, or empty;
+/// * the corners of a segment's blocks are among its own vertices;
+/// * no path has more than [`MAX_DEPTH`] nodes.
 #[derive(Debug, Default)]
 pub(super) struct Topology {
-    /// Per node; references count from the first node and block of the segment.
+    /// Per node.
     pub children: Vec<[ChildRef; WIDTH]>,
-    /// Per block.
-    pub prims: Vec<[u32; BLOCK]>,
+    pub blocks: Vec<LazyBlock>,
     /// The top first.
     pub segments: Vec<Segment>,
-    /// Of all segments but the top, one after the other: each vertex of its triangles and of those below once, ascending.
+    /// Lists of vertices of the mesh, each once.
     pub vertices: Vec<u32>,
+    /// How many vertices the tree holds.
+    pub held: usize,
     /// Triangles that were unusable when the tree was built.
     pub dropped: usize,
 }
@@ -39,7 +59,11 @@ pub(super) struct Segment {
     pub blocks: Range<usize>,
     /// The segments below it.
     pub below: Range<usize>,
-    pub vertices: Range<usize>,
+    /// Which of the lists is that of its own triangles, and which that of its own and all below. The top has no use for that.
+    pub own: Range<usize>,
+    pub all: Range<usize>,
+    /// Where its own vertices are among those that the tree holds.
+    pub held: Range<usize>,
     /// Its triangles were unusable at the build.
     pub dropped: bool,
 }
@@ -47,14 +71,9 @@ pub(super) struct Segment {
 impl Topology {
     pub fn memory_bytes(&self) -> usize {
         self.children.capacity() * size_of::<[ChildRef; WIDTH]>()
-            + self.prims.capacity() * size_of::<[u32; BLOCK]>()
+            + self.blocks.capacity() * size_of::<LazyBlock>()
             + self.segments.capacity() * size_of::<Segment>()
             + self.vertices.capacity() * size_of::<u32>()
-    }
-
-    /// Blocks that have their triangles' numbers, but no corners yet.
-    pub fn empty_blocks(&self, blocks: Range<usize>) -> impl Iterator<Item = Tri4> {
-        self.prims[blocks].iter().map(|&prims| Tri4 { prims, ..Tri4::EMPTY })
     }
 
     /// Cuts the tree of `mesh`. To be called inside the pool.
@@ -62,59 +81,109 @@ impl Topology {
         let plain = Plain::new(bvh)?;
         let mut topology = Topology {
             children: reserve(plain.children.len())?,
-            prims: reserve(plain.prims.len())?,
+            blocks: reserve(plain.prims.len())?,
             dropped: bvh.dropped.len(),
             ..Topology::default()
         };
         if plain.children.is_empty() {
             return Ok(topology);
         }
+        // One node may be above the root, and dropped triangles are below few.
+        assert!(bvh.depth() < MAX_DEPTH, "builders bound the depth");
         let rule = Rule::new(&plain, bvh.depth(), shape);
         let mut queue = VecDeque::from([0usize]);
         while let Some(root) = queue.pop_front() {
             let number = topology.segments.len();
             let first = number + 1 + queue.len();
-            let mut cutter = Cutter { plain: &plain, rule: &rule, topology: &mut topology, number, below: Vec::new() };
-            let segment = cutter.cut(root, first);
-            queue.extend(cutter.below.iter().map(|(root, _)| root));
+            let mut cutter =
+                Cutter { plain: &plain, rule: &rule, topology: &mut topology, number, first, below: Vec::new() };
+            let segment = cutter.cut(root);
+            queue.extend(&cutter.below);
             topology.segments.push(segment);
         }
         topology.list_vertices(mesh)?;
+        topology.place_corners(mesh)?;
         Ok(topology)
     }
 
     fn list_vertices(&mut self, mesh: &Mesh) -> Result<(), OutOfMemory> {
         let this = &*self;
-        let mut lists: Vec<Vec<u32>> = (1..self.segments.len())
+        // The own list of each segment, and that of all if it is another one and there is a use for it.
+        let lists: Vec<[Vec<u32>; 2]> = (0..self.segments.len())
             .into_par_iter()
             .map(|number| {
-                let mut vertices = Vec::new();
-                this.each_block(number, &mut |prims: &[u32; BLOCK]| {
-                    vertices.extend(prims.iter().flat_map(|&prim| mesh.triangles[prim as usize]));
-                });
-                vertices.sort_unstable();
-                vertices.dedup();
-                vertices.shrink_to_fit();
-                vertices
+                let Segment { blocks, below, .. } = &this.segments[number];
+                let own = listed(mesh, |to| this.blocks[blocks.clone()].iter().for_each(to));
+                let all = if number == 0 || below.is_empty() {
+                    Vec::new()
+                } else {
+                    listed(mesh, |to| this.each_block(number, to))
+                };
+                [own, all]
             })
             .collect();
-        let mut vertices = reserve(lists.iter().map(Vec::len).sum())?;
-        for (segment, list) in self.segments[1..].iter_mut().zip(&mut lists) {
-            segment.vertices = vertices.len()..vertices.len() + list.len();
-            vertices.append(list);
+        let mut vertices = reserve(lists.iter().flatten().map(Vec::len).sum())?;
+        for (segment, [own, all]) in self.segments.iter_mut().zip(lists) {
+            let mut append = |list: Vec<u32>| {
+                vertices.extend_from_slice(&list);
+                vertices.len() - list.len()..vertices.len()
+            };
+            segment.held = self.held..self.held + own.len();
+            self.held = segment.held.end;
+            segment.own = append(own);
+            segment.all = if segment.below.is_empty() { segment.own.clone() } else { append(all) };
         }
         self.vertices = vertices;
         Ok(())
     }
 
+    /// Tells the blocks where their corners are.
+    fn place_corners(&mut self, mesh: &Mesh) -> Result<(), OutOfMemory> {
+        let mut place: Vec<u32> = reserve(mesh.positions.len())?;
+        place.resize(mesh.positions.len(), 0);
+        for segment in &self.segments {
+            for (at, &vertex) in segment.held.clone().zip(&self.vertices[segment.own.clone()]) {
+                place[vertex as usize] = place_of(at);
+            }
+            for block in &mut self.blocks[segment.blocks.clone()] {
+                for (lane, &prim) in block.prims.iter().enumerate() {
+                    for (corner, &vertex) in mesh.triangles[prim as usize].iter().enumerate() {
+                        block.corners[corner][lane] = place[vertex as usize];
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// The blocks of a segment and of all below it.
-    fn each_block(&self, number: usize, to: &mut impl FnMut(&[u32; BLOCK])) {
+    fn each_block(&self, number: usize, to: &mut dyn FnMut(&LazyBlock)) {
         let segment = &self.segments[number];
-        self.prims[segment.blocks.clone()].iter().for_each(&mut *to);
+        self.blocks[segment.blocks.clone()].iter().for_each(&mut *to);
         for below in segment.below.clone() {
             self.each_block(below, to);
         }
     }
+
+    /// The segment that a leaf stands for, if it is not of blocks.
+    #[inline(always)]
+    pub fn segment_of_leaf(&self, leaf: ChildRef) -> Option<usize> {
+        leaf.blocks().start.checked_sub(self.blocks.len())
+    }
+}
+
+/// The vertices of all blocks that `blocks` hands out, each once, in the order of their first use: those of a leaf then are neighbours, which they rarely are in a mesh.
+fn listed(mesh: &Mesh, blocks: impl FnOnce(&mut dyn FnMut(&LazyBlock))) -> Vec<u32> {
+    let mut used: Vec<(u32, u32)> = Vec::new();
+    blocks(&mut |block| {
+        for vertex in block.prims.iter().flat_map(|&prim| mesh.triangles[prim as usize]) {
+            used.push((vertex, used.len() as u32));
+        }
+    });
+    used.sort_unstable();
+    used.dedup_by_key(|(vertex, _)| *vertex);
+    used.sort_unstable_by_key(|(_, first)| *first);
+    used.into_iter().map(|(vertex, _)| vertex).collect()
 }
 
 /// The tree to be cut, with the dropped triangles hung up.
@@ -147,7 +216,7 @@ impl Plain {
             }
         }
         if plain.children.len().max(plain.prims.len()) >= ChildRef::MAX_INDEX / 2 {
-            return Err(OutOfMemory { bytes: plain.prims.len() * size_of::<super::Tri4>() });
+            return Err(OutOfMemory { bytes: plain.prims.len() * size_of::<LazyBlock>() });
         }
         plain.count();
         Ok(plain)
@@ -223,31 +292,28 @@ struct Cutter<'a> {
     rule: &'a Rule,
     topology: &'a mut Topology,
     number: usize,
-    /// Roots of the segments below, each with the node and lane that refer to it.
-    below: Vec<(usize, (usize, usize))>,
+    /// The number of the first segment below.
+    first: usize,
+    /// Roots of the segments below.
+    below: Vec<usize>,
 }
 
 impl Cutter<'_> {
-    fn cut(&mut self, root: usize, first_below: usize) -> Segment {
+    fn cut(&mut self, root: usize) -> Segment {
         let nodes = self.topology.children.len();
-        let blocks = self.topology.prims.len();
-        self.node(root, 0, (nodes, blocks));
-        let end = self.topology.prims.len();
-        // How many blocks there are is known only now.
-        for (k, (_, (node, lane))) in self.below.iter().enumerate() {
-            self.topology.children[*node][*lane] = ChildRef::leaf(end - blocks + k, 1);
-        }
+        let blocks = self.topology.blocks.len();
+        self.node(root, 0);
         Segment {
             nodes: nodes..self.topology.children.len(),
-            blocks: blocks..end,
-            below: first_below..first_below + self.below.len(),
-            vertices: 0..0,
+            blocks: blocks..self.topology.blocks.len(),
+            below: self.first..self.first + self.below.len(),
             dropped: root >= self.plain.dropped_root,
+            ..Segment::default()
         }
     }
 
     /// Appends a node and what is below it in the segment. The recursion is bounded by the depth of the tree.
-    fn node(&mut self, from: usize, level: usize, first: (usize, usize)) {
+    fn node(&mut self, from: usize, level: usize) {
         let node = self.topology.children.len();
         self.topology.children.push([ChildRef::EMPTY; WIDTH]);
         for lane in 0..WIDTH {
@@ -256,15 +322,17 @@ impl Cutter<'_> {
                 break;
             }
             self.topology.children[node][lane] = if child.is_leaf() {
-                let start = self.topology.prims.len() - first.1;
-                self.topology.prims.extend_from_slice(&self.plain.prims[child.blocks()]);
-                ChildRef::leaf(start, child.blocks().len())
+                let start = self.topology.blocks.len();
+                let prims = &self.plain.prims[child.blocks()];
+                // Corners are placed when all vertices are known.
+                self.topology.blocks.extend(prims.iter().map(|&prims| LazyBlock { corners: [[0; BLOCK]; 3], prims }));
+                ChildRef::leaf(start, prims.len())
             } else if self.rule.cuts(self.number == 0, level + 1, self.plain.triangles[child.index()]) {
-                self.below.push((child.index(), (node, lane)));
-                continue;
+                self.below.push(child.index());
+                ChildRef::leaf(self.plain.prims.len() + self.first + self.below.len() - 1, 1)
             } else {
-                let below = self.topology.children.len() - first.0;
-                self.node(child.index(), level + 1, first);
+                let below = self.topology.children.len();
+                self.node(child.index(), level + 1);
                 ChildRef::node(below)
             };
         }

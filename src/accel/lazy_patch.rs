@@ -5,10 +5,13 @@
 //! those above it are too, so there is one border between the two kinds on every path.
 
 use super::Aabb;
-use super::bvh::{ChildRef, OutOfMemory, Tri4, WIDTH};
+use super::bvh::{ChildRef, OutOfMemory, WIDTH};
 use super::lazy::{LazyBvh, Source};
-use super::links::{Below, Links, Upwards, set_lane, set_leaf, write_block};
+use super::lazy_cut::LazyBlock;
+use super::lazy_write::box_of_triangles;
+use super::links::{Below, Links, Upwards, set_lane};
 use crate::scene::Mesh;
+use crate::simd::number_at;
 
 impl LazyBvh {
     /// Says that `vertices` moved, and no others. Returns the number of nodes looked at.
@@ -25,29 +28,29 @@ impl LazyBvh {
         let blocks = links.blocks_of(vertices);
         let mut last = None;
         for &block in &blocks {
-            let block = block as usize;
-            let (node, lane) = links.leaf(block);
+            let (node, lane) = links.leaf(block as usize);
             let segment = self.segment_of(node);
-            if !self.parts.is_current(segment) {
-                let mut moved = Tri4 { prims: self.topology.prims[block], ..Tri4::EMPTY };
-                let bounds = write_block(&mut moved, mesh);
-                self.grow_above(segment, &bounds, &links, &mut upwards);
+            let is_current = self.parts.is_current(segment);
+            if is_current {
+                self.write_corners(block as usize, segment, mesh);
+            }
+            // The blocks of a leaf are neighbours.
+            if last.replace((node, lane)) == Some((node, lane)) {
                 continue;
             }
-            let (first_node, first_block) = self.first_of(segment);
-            write_block(&mut self.parts.part_mut(segment).1[block - first_block], mesh);
-            // The blocks of a leaf are neighbours; its box is taken when all are written.
-            if last.replace((segment, node, lane)) != Some((segment, node, lane)) {
+            let run = self.topology.children[node][lane].blocks();
+            let bounds = box_of_triangles(&self.topology.blocks[run], mesh);
+            if !is_current {
+                self.grow_above(segment, &bounds, &links, &mut upwards);
+            } else if self.set_lane(node, lane, &bounds) {
                 upwards.push(node);
             }
-            debug_assert!(node >= first_node);
         }
-        self.set_leaves(&blocks, &links);
         let mut count = 0;
         while let Some(node) = upwards.pop() {
             count += 1;
             let segment = self.segment_of(node);
-            let (first, _) = self.first_of(segment);
+            let first = self.first_of(segment);
             let bounds = self.parts.part_mut(segment).0[node - first].union();
             match links.parent(node) {
                 Some((parent, lane)) => {
@@ -62,31 +65,24 @@ impl LazyBvh {
         Ok(count)
     }
 
-    /// The boxes of the leaves of `blocks`, where they are up to date.
-    fn set_leaves(&mut self, blocks: &[u32], links: &Links) {
-        let mut last = None;
-        for leaf in blocks.iter().map(|&block| links.leaf(block as usize)) {
-            if last.replace(leaf) == Some(leaf) {
-                continue;
-            }
-            let (node, lane) = leaf;
-            let segment = self.segment_of(node);
-            if self.parts.is_current(segment) {
-                let (first, _) = self.first_of(segment);
-                let (nodes, blocks) = self.parts.part_mut(segment);
-                let node = &mut nodes[node - first];
-                let run = node.children[lane].blocks();
-                set_leaf(node, lane, &blocks[run]);
+    /// Writes those of a segment's vertices that are corners of a block.
+    fn write_corners(&mut self, block: usize, segment: usize, mesh: &Mesh) {
+        let LazyBlock { corners, prims } = &self.topology.blocks[block];
+        let first = self.topology.segments[segment].held.start;
+        let vertices = self.parts.part_mut(segment).1;
+        for (lane, &prim) in prims.iter().enumerate() {
+            for (corner, places) in mesh.corners(prim).into_iter().zip(corners) {
+                vertices[number_at(places[lane]) - first] = corner.extend(0.0);
             }
         }
     }
 
     /// Makes room for `bounds` in the lowest lane above a segment that is up to date, or in the box of the whole.
     fn grow_above(&mut self, mut segment: usize, bounds: &Aabb, links: &Links, upwards: &mut Upwards) {
-        while let Some((node, lane)) = links.parent(self.first_of(segment).0) {
+        while let Some((node, lane)) = links.parent(self.first_of(segment)) {
             segment = self.segment_of(node);
             if self.parts.is_current(segment) {
-                let (first, _) = self.first_of(segment);
+                let first = self.first_of(segment);
                 let own = &mut self.parts.part_mut(segment).0[node - first];
                 let grown = own.child_bounds(lane).union(*bounds);
                 if set_lane(own, lane, &grown) {
@@ -100,14 +96,13 @@ impl LazyBvh {
 
     fn set_lane(&mut self, node: usize, lane: usize, bounds: &Aabb) -> bool {
         let segment = self.segment_of(node);
-        let (first, _) = self.first_of(segment);
+        let first = self.first_of(segment);
         set_lane(&mut self.parts.part_mut(segment).0[node - first], lane, bounds)
     }
 
-    /// The numbers of a segment's first node and block in the whole tree.
-    fn first_of(&self, segment: usize) -> (usize, usize) {
-        let segment = &self.topology.segments[segment];
-        (segment.nodes.start, segment.blocks.start)
+    /// The number of a segment's first node.
+    fn first_of(&self, segment: usize) -> usize {
+        self.topology.segments[segment].nodes.start
     }
 
     /// The segment of a node.
@@ -117,23 +112,20 @@ impl LazyBvh {
 
     fn make_links(&self, mesh: &Mesh) -> Result<Links, OutOfMemory> {
         let topology = &self.topology;
-        let lanes = topology.segments.iter().flat_map(|segment| {
-            segment.nodes.clone().flat_map(move |node| {
-                let used = topology.children[node].iter().take_while(|c| !c.is_empty()).enumerate();
-                used.map(move |(lane, child): (usize, &ChildRef)| {
-                    let below = if !child.is_leaf() {
-                        Below::Node(segment.nodes.start + child.index())
-                    } else if child.blocks().start < segment.blocks.len() {
-                        let run = child.blocks();
-                        Below::Blocks(segment.blocks.start + run.start..segment.blocks.start + run.end)
-                    } else {
-                        let number = segment.below.start + child.blocks().start - segment.blocks.len();
-                        Below::Node(topology.segments[number].nodes.start)
-                    };
-                    (WIDTH * node + lane, below)
-                })
-            })
+        let below = |child: &ChildRef| {
+            if !child.is_leaf() {
+                Below::Node(child.index())
+            } else if let Some(segment) = topology.segment_of_leaf(*child) {
+                Below::Node(self.first_of(segment))
+            } else {
+                Below::Blocks(child.blocks())
+            }
+        };
+        let lanes = topology.children.iter().enumerate().flat_map(|(node, children)| {
+            let used = children.iter().take_while(|c| !c.is_empty()).enumerate();
+            used.map(move |(lane, child)| (WIDTH * node + lane, below(child)))
         });
-        Links::new(topology.children.len(), &topology.prims, lanes, mesh)
+        let prims: Vec<_> = topology.blocks.iter().map(|block| block.prims).collect();
+        Links::new(topology.children.len(), &prims, lanes, mesh)
     }
 }

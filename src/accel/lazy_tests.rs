@@ -114,7 +114,7 @@ fn a_private_copy_equals_what_the_writer_writes() {
     let mesh = bumpy_sphere(20, 30);
     let lazy = built(&mesh, LazyShape { cut: 100, levels: 0 });
     for number in 0..lazy.segments() {
-        let own = lazy.copy_for_tests(number);
+        let own = lazy.copy(number);
         lazy.touch(number);
         let (own, shared) = (own.part(), lazy.current(number).expect("written"));
         assert_eq!(format!("{own:?}"), format!("{shared:?}"));
@@ -160,7 +160,9 @@ fn partial_moves_reach_what_is_up_to_date_and_what_is_not() {
                     lazy.touch(0);
                     // From above, as rays come.
                     let below = lazy.topology.segments[0].below.clone();
-                    below.step_by(2).for_each(|segment| drop(lazy.touch(segment)));
+                    below.step_by(2).for_each(|segment| {
+                        lazy.touch(segment);
+                    });
                 }
                 let start = random.below(mesh.positions.len()) as u32;
                 let vertices: Vec<u32> = (start..(start + 8).min(mesh.positions.len() as u32)).collect();

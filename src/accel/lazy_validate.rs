@@ -3,6 +3,7 @@
 use super::lazy::{LazyBvh, LazyPart};
 use super::{Aabb, triangle_bounds};
 use crate::scene::Mesh;
+use crate::simd::number_at;
 use glam::Vec3;
 
 /// Reaches every segment of `lazy`, as rays would, and checks it against the mesh: each usable triangle has its place once, with the mesh's corners, and every
@@ -22,30 +23,43 @@ pub fn validate_lazy(lazy: &LazyBvh, mesh: &Mesh) -> Result<(), String> {
 
 /// What is in a segment, with the box around it.
 fn segment(lazy: &LazyBvh, number: usize, mesh: &Mesh, seen: &mut [bool]) -> Result<Aabb, String> {
-    let touch;
+    let own;
     let part = match lazy.current(number) {
         Some(part) => part,
+        None if lazy.touch(number).is_some() => lazy.current(number).ok_or("touched, and not up to date")?,
         None => {
-            touch = lazy.touch(number);
-            touch.part()
+            own = lazy.copy(number);
+            own.part()
         }
     };
-    let LazyPart { nodes, blocks, below } = part;
+    let LazyPart { nodes, vertices, first_node, first_vertex } = part;
     let mut boxes = vec![Aabb::EMPTY; nodes.len()];
     for (i, node) in nodes.iter().enumerate().rev() {
         for lane in 0..node.child_count() {
             let child = node.children[lane];
             let inside = if !child.is_leaf() {
-                boxes[child.index()]
-            } else if child.blocks().start >= blocks.len() {
-                segment(lazy, below + child.blocks().start - blocks.len(), mesh, seen)?
+                let below = child.index().checked_sub(first_node).filter(|&below| below > i);
+                let below = below.and_then(|below| boxes.get(below));
+                *below.ok_or_else(|| format!("a child of node {i} of segment {number} is outside of it"))?
+            } else if let Some(below) = lazy.segment_of_leaf(child) {
+                if below <= number || below >= lazy.segments() {
+                    return Err(format!("segment {below} is below segment {number}"));
+                }
+                segment(lazy, below, mesh, seen)?
             } else {
                 let mut all = Aabb::EMPTY;
-                for block in &blocks[child.blocks()] {
+                for block in &lazy.blocks()[child.blocks()] {
                     for (l, &prim) in block.prims.iter().enumerate() {
                         let corners = mesh.corners(prim);
                         let bits = |c: [Vec3; 3]| c.map(|p| p.to_array().map(f32::to_bits));
-                        if bits(block.corners(l)) != bits(corners) {
+                        let held = block.corners.map(|lanes| {
+                            let vertex = number_at(lanes[l]).checked_sub(first_vertex);
+                            vertex.and_then(|vertex| vertices.get(vertex)).map(|vertex| vertex.truncate())
+                        });
+                        let [Some(a), Some(b), Some(c)] = held else {
+                            return Err(format!("a corner of triangle {prim} is outside of segment {number}"));
+                        };
+                        if bits([a, b, c]) != bits(corners) {
                             return Err(format!("triangle {prim} of segment {number} is where it was before"));
                         }
                         all = all.union(triangle_bounds(corners));

@@ -13,21 +13,23 @@
 use super::Aabb;
 use super::aabb::{MAX_COORDINATE, padded};
 use super::block_loader::vertex;
-use crate::simd::{self, Kernel, Level, components, prefetch};
+use crate::simd::{self, Kernel, Level, components, prefetch_at};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Vertices between asking for one and loading it.
 const AHEAD: usize = 16;
 /// Vertices per task.
 const CHUNK: usize = 1 << 15;
 /// A usable triangle has no coordinate beyond this, see [`super::triangle_bounds`].
-const LIMIT: f32 = 3.0 * MAX_COORDINATE;
+pub(super) const LIMIT: f32 = 3.0 * MAX_COORDINATE;
 
-/// The box of all triangles between the listed vertices; empty if no vertex is usable.
-pub(super) fn box_of_listed(positions: &[Vec3], vertices: &[u32]) -> Aabb {
-    finish(simd::run(Level::detect(), Listed { positions, vertices }), || {
-        usable(vertices.iter().map(|&v| positions[v as usize]))
+/// The box of all triangles between the vertices that `which` of the lists has; empty if no vertex is usable.
+pub(super) fn box_of_listed(positions: &[Vec3], lists: &[u32], which: Range<usize>) -> Aabb {
+    let list = &lists[which.clone()];
+    finish(simd::run(Level::detect(), Listed { positions, lists, which }), || {
+        usable(list.iter().map(|&v| positions[v as usize]))
     })
 }
 
@@ -57,7 +59,8 @@ fn usable(points: impl Iterator<Item = Vec3>) -> Aabb {
 
 struct Listed<'a> {
     positions: &'a [Vec3],
-    vertices: &'a [u32],
+    lists: &'a [u32],
+    which: Range<usize>,
 }
 
 impl Kernel for Listed<'_> {
@@ -65,16 +68,35 @@ impl Kernel for Listed<'_> {
 
     #[inline(always)]
     fn run(self) -> Aabb {
-        let Self { positions, vertices } = self;
-        let coordinates = components(positions);
         let mut all = Bounds::EMPTY;
-        for (i, &index) in vertices.iter().enumerate() {
-            if let Some(&later) = vertices.get(i + AHEAD) {
-                prefetch(positions, later as usize);
-            }
-            all.grow(vertex(coordinates, index));
-        }
+        each_listed(self.positions, self.lists, self.which, |p| all.grow(p));
         all.into_aabb()
+    }
+}
+
+/// Asks for the first vertices of a list that is not the one after the last.
+#[inline(always)]
+pub(super) fn ask_for_first(positions: &[Vec3], list: &[u32]) {
+    for &index in &list[..list.len().min(AHEAD)] {
+        prefetch_at(positions.as_ptr().wrapping_add(index as usize));
+    }
+}
+
+/// Hands out the vertices of a list, whose last lanes are meaningless. They are asked for some time before they are loaded, and towards the end the first
+/// of the next list: lists are most often gone through in order, and there are many short ones.
+#[inline(always)]
+pub(super) fn each_listed(positions: &[Vec3], lists: &[u32], which: Range<usize>, mut to: impl FnMut(Vec4)) {
+    let coordinates = components(positions);
+    let Range { start, end } = which;
+    let later = &lists[(start + AHEAD).min(lists.len())..];
+    let list = &lists[start..end];
+    // Two loops, as to ask whether there still are later ones takes as long as all else.
+    for (&index, &later) in list.iter().zip(later) {
+        prefetch_at(positions.as_ptr().wrapping_add(later as usize));
+        to(vertex(coordinates, index));
+    }
+    for &index in list.get(later.len()..).unwrap_or(&[]) {
+        to(vertex(coordinates, index));
     }
 }
 
@@ -128,12 +150,12 @@ mod tests {
             let count = mesh.triangles.len() as u32;
             let all = box_of_all(&mesh.positions);
             let listed: Vec<u32> = (0..mesh.positions.len() as u32).collect();
-            assert_eq!(all, box_of_listed(&mesh.positions, &listed), "{name}");
+            assert_eq!(all, box_of_listed(&mesh.positions, &listed, 0..listed.len()), "{name}");
             assert!(all.is_empty() || (all.lo.is_finite() && all.hi.is_finite()), "{name}: {all:?}");
             for prim in 0..count {
                 let own = triangle_bounds(mesh.corners(prim));
                 assert!(all.contains(&own), "{name}: {all:?} lacks {own:?}");
-                let listed = box_of_listed(&mesh.positions, &mesh.triangles[prim as usize]);
+                let listed = box_of_listed(&mesh.positions, &mesh.triangles[prim as usize], 0..3);
                 assert!(listed.contains(&own), "{name}: {listed:?} lacks {own:?}");
                 if !own.is_empty() {
                     assert_eq!(listed, own, "{name}: the box of one triangle is not looser");

@@ -37,15 +37,22 @@ pub fn components(points: &[Vec3]) -> &[f32] {
 /// Asks for the cache lines of an element that will be read soon. Indices beyond the end ask for nothing.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
-    #[cfg(target_arch = "x86_64")]
     if let Some(element) = slice.get(index) {
+        prefetch_at(element);
+    }
+}
+
+/// Likewise of what is at an address, which need not be that of anything.
+#[inline(always)]
+pub fn prefetch_at<T>(start: *const T) {
+    #[cfg(target_arch = "x86_64")]
+    {
         use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let start = std::ptr::from_ref(element).cast::<i8>();
         for line in 0..size_of::<T>().div_ceil(64) {
-            // SAFETY: part of SSE, which x86-64 always has; it reads nothing, and the address lies inside of the element.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.add(64 * line)) };
+            // SAFETY: part of SSE, which x86-64 always has; it reads nothing, and faults at no address.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.cast::<i8>().wrapping_add(64 * line)) };
         }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (slice, index);
+    let _ = start;
 }

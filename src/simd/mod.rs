@@ -8,12 +8,13 @@
 //! [`Vector`] has only the operations that the kernels need, and none that would let the instruction sets
 //! differ by a bit: no fused multiply-add, no approximate reciprocal.
 //!
-//! [`prefer_huge_pages`] is here as well: large trees wait for memory more than for arithmetic.
+//! [`prefer_huge_pages`] and [`box_at`] are here as well: large trees wait for memory more than for arithmetic.
 
 mod dispatch;
 mod level;
 mod mask;
 mod memory;
+mod places;
 mod scalar;
 mod vector;
 mod wide;
@@ -24,7 +25,8 @@ mod x86;
 pub use dispatch::{Kernel, run};
 pub use level::Level;
 pub use mask::bits;
-pub use memory::{components, prefer_huge_pages, prefetch};
+pub use memory::{components, prefer_huge_pages, prefetch, prefetch_at};
+pub use places::{Places, box_at, corners_at, number_at, place_of};
 pub use scalar::Scalar;
 pub use vector::{Eight, Isa, Vector};
 pub use wide::{LANES, Proof, Wide, Wide3, WideKernel, run_wide};

@@ -131,6 +131,23 @@ impl<A, B> OnTouch<A, B> {
         self.parts[part].stamp.load(Ordering::Acquire) == 2 * self.period
     }
 
+    /// Where a part begins in the first array, if it is current.
+    ///
+    /// # Panics
+    /// When there is no such part.
+    #[inline(always)]
+    pub fn start_of_current(&self, part: usize) -> Option<usize> {
+        let part = &self.parts[part];
+        (part.stamp.load(Ordering::Acquire) == 2 * self.period).then_some(part.first.start)
+    }
+
+    /// The beginnings of the arrays, for who has several parts at a time. What is in a part that has been seen to be current may be read as long as `self` is
+    /// borrowed; nothing else may.
+    #[inline(always)]
+    pub fn beginnings(&self) -> (*const A, *const B) {
+        (UnsafeCell::raw_get(self.first.as_ptr()), UnsafeCell::raw_get(self.second.as_ptr()))
+    }
+
     /// A part to be changed at will, current or not; its stamp stays what it is.
     ///
     /// # Panics

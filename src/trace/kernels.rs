@@ -10,10 +10,10 @@ use super::packet_object::traverse_object;
 use super::packet_query::{RayPacket, trace_packet};
 use super::packet_scene::Scratch;
 use super::traverse_bvh::traverse;
-use super::traverse_lazy::{self, At, Lanes};
+use super::traverse_lazy::{self, View};
 use super::triangle4::{Edges, resolve};
 use super::{Hit, PreparedRay, Ray, traverse_top_bvh};
-use crate::accel::{Bvh, LazyBvh, TopLevelBvh, Tri4, TwoLevel};
+use crate::accel::{Bvh, ChildRef, LazyBvh, TopLevelBvh, Tri4, TwoLevel};
 use crate::simd::{Isa, Level, Scalar};
 
 type Intersect = unsafe fn(&Bvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
@@ -69,26 +69,25 @@ pub(super) trait Shells: Isa {
     /// - The processor has the instruction set.
     unsafe fn packet<const ANY: bool>(bvh: &Bvh, packet: &Packet, mask: u64, numbers: (u32, u32), found: &mut Found);
 
-    /// One ray through a lazy tree, from a child of a segment down: see [`traverse_lazy::below`].
+    /// One ray through a lazy tree, from a child down: see [`traverse_lazy::below`].
     ///
     /// # Safety
-    /// - The processor has the instruction set; the child is of the segment, and `lanes` are those of `ray`.
+    /// - The processor has the instruction set; the child may be read in the view.
     unsafe fn lazy<const ANY: bool>(
-        lazy: &LazyBvh,
-        at: At,
-        lanes: &Lanes<Self>,
+        view: &View<'_>,
+        child: ChildRef,
         ray: &PreparedRay,
         numbers: (u32, u32),
         best: &mut Hit,
     ) -> bool;
 
-    /// A packet through a lazy tree, from the root of a segment down: see [`traverse_lazy::packet_below`].
+    /// A packet through a lazy tree, from a node down: see [`traverse_lazy::packet_below`].
     ///
     /// # Safety
-    /// - The processor has the instruction set; the tree is not empty.
+    /// - The processor has the instruction set; the node may be read in the view.
     unsafe fn lazy_packet<const ANY: bool>(
-        lazy: &LazyBvh,
-        segment: usize,
+        view: &View<'_>,
+        root: ChildRef,
         packet: &Packet,
         mask: u64,
         numbers: (u32, u32),
@@ -167,33 +166,32 @@ macro_rules! shells {
             }
 
             /// # Safety
-            /// - The processor has the features named; the child is of the segment.
+            /// - The processor has the features named; the child may be read in the view.
             $(#[target_feature(enable = $feature)])*
             unsafe fn lazy_shell<const ANY: bool>(
-                lazy: &LazyBvh,
-                at: At,
-                lanes: &Lanes<$isa>,
+                view: &View<'_>,
+                child: ChildRef,
                 ray: &PreparedRay,
                 numbers: (u32, u32),
                 best: &mut Hit,
             ) -> bool {
                 // SAFETY: the caller's promise.
-                unsafe { traverse_lazy::below::<$isa, ANY>(lazy, at, lanes, ray, numbers, best) }
+                unsafe { traverse_lazy::below::<$isa, ANY>(view, child, ray, numbers, best) }
             }
 
             /// # Safety
-            /// - The processor has the features named; the tree is not empty.
+            /// - The processor has the features named; the node may be read in the view.
             $(#[target_feature(enable = $feature)])*
             unsafe fn lazy_packet_shell<const ANY: bool>(
-                lazy: &LazyBvh,
-                segment: usize,
+                view: &View<'_>,
+                root: ChildRef,
                 packet: &Packet,
                 mask: u64,
                 numbers: (u32, u32),
                 found: &mut Found,
             ) {
                 // SAFETY: the caller's promise.
-                unsafe { traverse_lazy::packet_below::<$isa, ANY>(lazy, segment, packet, mask, numbers, found) }
+                unsafe { traverse_lazy::packet_below::<$isa, ANY>(view, root, packet, mask, numbers, found) }
             }
 
             /// # Safety
@@ -296,28 +294,27 @@ macro_rules! shells {
 
                 #[inline(always)]
                 unsafe fn lazy<const ANY: bool>(
-                    lazy: &LazyBvh,
-                    at: At,
-                    lanes: &Lanes<$isa>,
+                    view: &View<'_>,
+                    child: ChildRef,
                     ray: &PreparedRay,
                     numbers: (u32, u32),
                     best: &mut Hit,
                 ) -> bool {
                     // SAFETY: the caller's promise.
-                    unsafe { lazy_shell::<ANY>(lazy, at, lanes, ray, numbers, best) }
+                    unsafe { lazy_shell::<ANY>(view, child, ray, numbers, best) }
                 }
 
                 #[inline(always)]
                 unsafe fn lazy_packet<const ANY: bool>(
-                    lazy: &LazyBvh,
-                    segment: usize,
+                    view: &View<'_>,
+                    root: ChildRef,
                     packet: &Packet,
                     mask: u64,
                     numbers: (u32, u32),
                     found: &mut Found,
                 ) {
                     // SAFETY: the caller's promise.
-                    unsafe { lazy_packet_shell::<ANY>(lazy, segment, packet, mask, numbers, found) }
+                    unsafe { lazy_packet_shell::<ANY>(view, root, packet, mask, numbers, found) }
                 }
             }
 

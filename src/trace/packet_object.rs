@@ -39,7 +39,9 @@ pub(super) unsafe fn traverse_object<I: Shells, const ANY: bool>(
     let slabs = Slabs { near_org: &packet.org, far_org: &packet.org, inv_dir: &packet.inv_dir, tmin: &packet.tmin };
     let mut triangles = Triangles::<ANY> { bvh, packet, object, instance };
     // SAFETY: the caller's promise; a `Bvh` that is not empty is a tree (its invariants, checked on construction).
-    unsafe { traverse_packet::<I, _>(bvh.nodes(), &slabs, &packet.negative, mask, &mut triangles, found) }
+    unsafe {
+        traverse_packet::<I, _>(bvh.nodes(), ChildRef::ROOT, &slabs, &packet.negative, mask, &mut triangles, found)
+    }
 }
 
 impl<I: Shells, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {

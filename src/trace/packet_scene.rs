@@ -85,7 +85,7 @@ unsafe fn through_tree<I: Shells, const ANY: bool>(world: &TwoLevel, tree: &TopL
         move_origins::<I>(world, instances.rays, near_org, far_org);
         let slabs = Slabs { near_org, far_org, inv_dir: &instances.rays.inv_dir, tmin: &instances.rays.tmin };
         let (negative, mask) = (instances.rays.negative, found.open);
-        traverse_packet::<I, _>(tree.nodes(), &slabs, &negative, mask, &mut instances, found);
+        traverse_packet::<I, _>(tree.nodes(), ChildRef::ROOT, &slabs, &negative, mask, &mut instances, found);
     }
 }
 

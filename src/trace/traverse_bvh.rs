@@ -20,11 +20,13 @@
 use super::kernels::Shells;
 use super::one_ray::OneRay;
 use super::stack::{STACK, Stack, pop, push};
+use super::traverse_packet::Nodes;
 use super::triangle4::{RayLanes, edges4};
 use super::{Hit, PreparedRay, SLAB_PAD};
 use crate::accel::{Bvh, ChildRef, Node8, Tri4, WIDTH};
 use crate::simd::{Isa, Vector};
 use std::mem::MaybeUninit;
+use std::ops::Deref;
 
 /// Bytes from one row of [`Node8::bounds`] to the next: one bit, that tells the rows of a pair apart.
 const ROW: usize = size_of::<[f32; WIDTH]>();
@@ -115,48 +117,71 @@ pub(super) unsafe fn traverse_below<I: Shells, const ANY: bool>(
     // SAFETY: the caller's promise; a `Bvh` is a tree (its invariants, checked on construction).
     unsafe {
         let lanes = (SlabLanes::<I>::new(ray), RayLanes::<I>::new(ray));
-        descend::<I, ANY, _, _>((bvh.nodes(), bvh.blocks()), child, &lanes, ray, (object, instance), best, &Nothing)
+        let tree = Plain { nodes: bvh.nodes(), blocks: bvh.blocks() };
+        descend::<I, ANY, _, _>(&tree, child, &lanes, ray, (object, instance), best)
     }
 }
 
-/// What hangs below the leaves of a tree that refer to no blocks of its own.
-pub(super) trait Below {
-    /// Whether there is anything.
-    const IS_THERE: bool;
-
-    /// Looks for hits in number `i` of what is there, as [`descend`] does. Returns whether there was one that counts.
+/// What [`descend`] goes down: where nodes and blocks are, and where leaves lead that are not of blocks.
+pub(super) trait Tree: Nodes {
+    /// The blocks of a leaf.
     ///
     /// # Safety
-    /// - That of [`descend`]; a leaf refers to it.
-    unsafe fn enter(&self, i: usize, best: &mut Hit) -> bool;
-}
+    /// - It is a leaf of the tree, and [`Tree::lead`] leaves it as it is.
+    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>>;
 
-struct Nothing;
-
-impl Below for Nothing {
-    const IS_THERE: bool = false;
-
+    /// Where to go at a leaf that has been reached: to its blocks, on to another node, or back, if all below it has been looked at.
+    ///
+    /// # Safety
+    /// - That of [`descend`]; it is a leaf of the tree.
     #[inline(always)]
-    unsafe fn enter(&self, _: usize, _: &mut Hit) -> bool {
-        false
+    unsafe fn lead(&self, _leaf: ChildRef, _best: &mut Hit) -> Lead {
+        Lead::Blocks
     }
 }
 
-/// The loop, in the tree of `nodes` and `blocks`, from `child` down.
+/// See [`Tree::lead`].
+pub(super) enum Lead {
+    Blocks,
+    On(ChildRef),
+    /// With whether there was a hit that counts.
+    Back(bool),
+}
+
+struct Plain<'a> {
+    nodes: &'a [Node8],
+    blocks: &'a [Tri4],
+}
+
+impl Nodes for Plain<'_> {
+    #[inline(always)]
+    unsafe fn node(&self, index: usize) -> &Node8 {
+        // SAFETY: the caller's promise.
+        unsafe { self.nodes.get_unchecked(index) }
+    }
+}
+
+impl Tree for Plain<'_> {
+    #[inline(always)]
+    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
+        // SAFETY: the caller's promise.
+        unsafe { self.blocks.get_unchecked(leaf.blocks()).iter() }
+    }
+}
+
+/// The loop, in `tree`, from `child` down.
 ///
 /// # Safety
 /// - The processor has the instruction set `I`; `lanes` are those of `ray`.
-/// - `child` is of the tree, whose references are to its own nodes and blocks or, if something is below, to that; no path has more than
-///   `MAX_DEPTH` nodes.
+/// - `child` is of the tree; no path of it has more than `MAX_DEPTH` nodes.
 #[inline(always)]
-pub(super) unsafe fn descend<I: Shells, const ANY: bool, R: OneRay, B: Below>(
-    (nodes, blocks): (&[Node8], &[Tri4]),
+pub(super) unsafe fn descend<I: Shells, const ANY: bool, R: OneRay, T: Tree>(
+    tree: &T,
     child: ChildRef,
     (slabs, lanes): &(SlabLanes<I>, RayLanes<I>),
     ray: R,
     numbers: (u32, u32),
     best: &mut Hit,
-    below: &B,
 ) -> bool {
     let mut stack: Stack = [const { MaybeUninit::uninit() }; STACK];
     let mut depth = 0;
@@ -171,7 +196,7 @@ pub(super) unsafe fn descend<I: Shells, const ANY: bool, R: OneRay, B: Below>(
                 if current.is_leaf() {
                     break true;
                 }
-                let node = nodes.get_unchecked(current.index());
+                let node = tree.node(current.index());
                 let (mask, enter) = slabs.test(node, limit);
                 if mask == 0 {
                     break false;
@@ -180,19 +205,25 @@ pub(super) unsafe fn descend<I: Shells, const ANY: bool, R: OneRay, B: Below>(
             };
             if reached {
                 let mut closer = false;
-                let run = current.blocks();
-                if B::IS_THERE && run.start >= blocks.len() {
-                    closer = below.enter(run.start - blocks.len(), best);
-                    if ANY && closer {
-                        return true;
+                match tree.lead(current, best) {
+                    Lead::Blocks => {
+                        for block in tree.blocks(current) {
+                            let Some((candidates, edges)) = edges4(lanes, &block) else { continue };
+                            closer |= I::resolve::<ANY, _>(ray, &block, candidates, &edges, numbers, best);
+                            if ANY && closer {
+                                return true;
+                            }
+                        }
                     }
-                } else {
-                    for block in blocks.get_unchecked(run) {
-                        let Some((candidates, edges)) = edges4(lanes, block) else { continue };
-                        closer |= I::resolve::<ANY, _>(ray, block, candidates, &edges, numbers, best);
-                        if ANY && closer {
+                    Lead::On(next) => {
+                        current = next;
+                        continue;
+                    }
+                    Lead::Back(hit) => {
+                        if ANY && hit {
                             return true;
                         }
+                        closer = hit;
                     }
                 }
                 if closer {

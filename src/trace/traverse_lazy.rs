@@ -1,24 +1,82 @@
 //! Rays through the tree of [`LazyBvh`], whose segments are brought up to date when a ray reaches them: one ray, or a packet.
 //!
-//! The loops are those of [`super::traverse_bvh`] and [`super::traverse_packet`]. What is new is at the leaves: one beyond a segment's own blocks is another segment, which is
-//! entered by a call of the same kernel ([`Shells`]). So the stamp of a segment is looked at once per visit, and never in the loop over nodes.
+//! The loops are those of [`super::traverse_bvh`] and [`super::traverse_packet`]. What is new is at the leaves. One beyond all blocks stands for a segment: its
+//! stamp is looked at, and the loop goes on at its root as if that had been the child. So the stamp of a segment is looked at once per visit, and never in the loop
+//! over nodes. And blocks refer to vertices, which are gathered when a block is tested.
+//!
+//! Where another thread is writing the segment, the ray gets a copy of it, which is a tree in another place ([`View`]): it is entered by a call of the same kernel
+//! ([`Shells`]).
+//!
+//! *Tried*: every segment entered by a call. Bounds of the packet and of its best distances are then made again in each, and a ray per pixel on nine bodies took
+//! a fifth longer (`cargo bench --bench papers -- larsson1`, 1x1).
 
 use super::kernels::Shells;
+use super::one_ray::{InPacket, OneRay};
 use super::packet::{Found, GROUPS, LANES, Packet};
 use super::packet_boxes::Slabs;
 use super::packet_triangles::intersect_leaf;
-use super::traverse_bvh::{Below, SlabLanes, descend};
-use super::traverse_packet::{Leaves, traverse_packet};
+use super::traverse_bvh::{Lead, SlabLanes, Tree, descend};
+use super::traverse_packet::{Leaves, Nodes, traverse_packet};
 use super::triangle4::RayLanes;
 use super::{Hit, PreparedRay};
-use crate::accel::{ChildRef, LazyBvh, LazyPart, Touch};
-use crate::simd::prefetch;
+use crate::accel::{ChildRef, LazyBlock, LazyBvh, LazyPart, MAX_LEAF_BLOCKS, Node8, Tri4};
+use crate::simd::{corners_at, prefetch, prefetch_at};
+use glam::Vec4;
+use std::marker::PhantomData;
+use std::mem::MaybeUninit;
+use std::ops::Deref;
 
-/// Where in a tree: a segment, and a child in it.
-pub(super) type At = (usize, ChildRef);
+/// A lazy tree as a ray sees it: with one segment in another place, if that is private.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    lazy: &'a LazyBvh,
+    /// Node and vertex number 0. Those that may be read are of segments that are up to date, or of the private one, whose references lead to it alone or to segments.
+    nodes: *const Node8,
+    vertices: *const Vec4,
+}
 
-/// What the loop needs of a ray.
-pub(super) type Lanes<I> = (SlabLanes<I>, RayLanes<I>);
+impl<'a> View<'a> {
+    fn shared(lazy: &'a LazyBvh) -> Self {
+        let (nodes, vertices) = lazy.beginnings();
+        Self { lazy, nodes, vertices }
+    }
+
+    fn private(lazy: &'a LazyBvh, part: LazyPart<'a>) -> Self {
+        let LazyPart { nodes, vertices, first_node, first_vertex } = part;
+        let nodes = nodes.as_ptr().wrapping_sub(first_node);
+        let vertices = vertices.as_ptr().wrapping_sub(first_vertex);
+        Self { lazy, nodes, vertices }
+    }
+
+    /// Where to go on at a segment, which is brought up to date. None if that is in another place: another thread is writing it, or this one is private.
+    #[inline(always)]
+    fn root_of(&self, segment: usize) -> Option<ChildRef> {
+        let Self { lazy, nodes, .. } = *self;
+        if nodes != lazy.beginnings().0 {
+            return None;
+        }
+        lazy.current_root(segment).or_else(|| lazy.touch(segment))
+    }
+
+    /// Four triangles with their corners.
+    ///
+    /// # Safety
+    /// - The block is of a segment that may be read.
+    #[inline(always)]
+    unsafe fn gather(&self, block: &LazyBlock) -> Tri4 {
+        // SAFETY: the caller's promise; corners are among the vertices of the block's segment (the invariants of the topology).
+        let corners = unsafe { corners_at(self.vertices, &block.corners) };
+        Tri4 { corners, prims: block.prims }
+    }
+}
+
+impl Nodes for View<'_> {
+    #[inline(always)]
+    unsafe fn node(&self, index: usize) -> &Node8 {
+        // SAFETY: the caller's promise: it has been reached, so its segment may be read. See above on wrapping.
+        unsafe { &*self.nodes.wrapping_add(index) }
+    }
+}
 
 /// Looks for hits of `ray` in `lazy`, by the contract of [`super::Kernels::intersect`] or with `ANY` of [`super::Kernels::occluded`].
 ///
@@ -31,13 +89,12 @@ pub(super) unsafe fn traverse<I: Shells, const ANY: bool>(
     numbers: (u32, u32),
     best: &mut Hit,
 ) -> bool {
-    // SAFETY: the caller's promise; a tree that is not empty has a root.
+    // SAFETY: the caller's promise; a tree that is not empty has a segment.
     unsafe {
         !lazy.is_empty() && {
-            let lanes = (SlabLanes::<I>::new(ray), RayLanes::<I>::new(ray));
             let mut any = Hit::none(ray.tmax);
             let best = if ANY { &mut any } else { best };
-            I::lazy::<ANY>(lazy, (0, ChildRef::ROOT), &lanes, ray, numbers, best)
+            enter(lazy, 0, |view, root| I::lazy::<ANY>(&view, root, ray, numbers, best))
         }
     }
 }
@@ -56,86 +113,114 @@ pub(super) unsafe fn traverse_many<I: Shells, const ANY: bool>(
 ) {
     if !lazy.is_empty() {
         // SAFETY: the caller's promise.
-        unsafe { I::lazy_packet::<ANY>(lazy, 0, packet, mask, numbers, found) }
+        enter(lazy, 0, |view, root| unsafe { I::lazy_packet::<ANY>(&view, root, packet, mask, numbers, found) });
     }
 }
 
-/// A segment, up to date; `touch` is a place for it if it has to be brought there.
+/// Goes into a segment by its root, wherever it is.
 #[inline(always)]
-fn segment_of<'a>(lazy: &'a LazyBvh, segment: usize, touch: &'a mut Option<Touch<'a>>) -> LazyPart<'a> {
-    match lazy.current(segment) {
-        Some(part) => part,
-        None => touch.insert(lazy.touch(segment)).part(),
+fn enter<T>(lazy: &LazyBvh, segment: usize, go: impl FnOnce(View<'_>, ChildRef) -> T) -> T {
+    if let Some(root) = lazy.current_root(segment).or_else(|| lazy.touch(segment)) {
+        return go(View::shared(lazy), root);
     }
+    let own = lazy.copy(segment);
+    go(View::private(lazy, own.part()), ChildRef::node(own.part().first_node))
 }
 
-/// [`traverse`], from a child of a segment down.
+/// [`traverse`], from a child down.
 ///
 /// # Safety
-/// - The processor has the instruction set `I`; the child is of the segment, and `lanes` are those of `ray`.
+/// - The processor has the instruction set `I`; the child may be read in this view.
 #[inline(always)]
 pub(super) unsafe fn below<I: Shells, const ANY: bool>(
-    lazy: &LazyBvh,
-    (segment, child): At,
-    lanes: &Lanes<I>,
-    ray: &PreparedRay,
+    view: &View<'_>,
+    child: ChildRef,
+    ray: impl OneRay,
     numbers: (u32, u32),
     best: &mut Hit,
 ) -> bool {
-    let mut touch = None;
-    let part = segment_of(lazy, segment, &mut touch);
-    let segments = SegmentsBelow::<I, ANY> { lazy, first: part.below, lanes, ray, numbers };
-    // SAFETY: the caller's promise. The references in a segment are to its own nodes and blocks or to
-    // segments below, and paths have at most MAX_DEPTH nodes (by its construction from a `Bvh`).
-    unsafe { descend::<I, ANY, _, _>((part.nodes, part.blocks), child, lanes, ray, numbers, best, &segments) }
-}
-
-/// The segments below one, as seen by a ray.
-struct SegmentsBelow<'a, I: Shells, const ANY: bool> {
-    lazy: &'a LazyBvh,
-    first: usize,
-    lanes: &'a Lanes<I>,
-    ray: &'a PreparedRay,
-    numbers: (u32, u32),
-}
-
-impl<I: Shells, const ANY: bool> Below for SegmentsBelow<'_, I, ANY> {
-    const IS_THERE: bool = true;
-
-    #[inline(always)]
-    unsafe fn enter(&self, i: usize, best: &mut Hit) -> bool {
-        let root = (self.first + i, ChildRef::ROOT);
-        // SAFETY: the caller's promise.
-        unsafe { I::lazy::<ANY>(self.lazy, root, self.lanes, self.ray, self.numbers, best) }
+    // SAFETY: the caller's promise; paths have at most MAX_DEPTH nodes (the invariants of the topology).
+    unsafe {
+        let lanes = (SlabLanes::<I>::new(ray), RayLanes::<I>::new(ray));
+        let tree = SeenByOne::<I, _, ANY> { view, ray, numbers, isa: PhantomData };
+        descend::<I, ANY, _, _>(&tree, child, &lanes, ray, numbers, best)
     }
 }
 
-/// [`traverse_many`], from the root of a segment down.
+/// The tree as seen by one ray.
+struct SeenByOne<'a, I, R, const ANY: bool> {
+    view: &'a View<'a>,
+    ray: R,
+    numbers: (u32, u32),
+    isa: PhantomData<I>,
+}
+
+impl<I, R, const ANY: bool> Nodes for SeenByOne<'_, I, R, ANY> {
+    #[inline(always)]
+    unsafe fn node(&self, index: usize) -> &Node8 {
+        // SAFETY: the caller's promise.
+        unsafe { self.view.node(index) }
+    }
+}
+
+/// A block that has been gathered.
+struct Gathered(Tri4);
+
+impl Deref for Gathered {
+    type Target = Tri4;
+
+    #[inline(always)]
+    fn deref(&self) -> &Tri4 {
+        &self.0
+    }
+}
+
+impl<I: Shells, R: OneRay, const ANY: bool> Tree for SeenByOne<'_, I, R, ANY> {
+    #[inline(always)]
+    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
+        // SAFETY: the caller's promise: the leaf has been reached and is of blocks.
+        let run = unsafe { self.view.lazy.blocks().get_unchecked(leaf.blocks()) };
+        // SAFETY: likewise.
+        run.iter().map(|block| Gathered(unsafe { self.view.gather(block) }))
+    }
+
+    #[inline(always)]
+    unsafe fn lead(&self, leaf: ChildRef, best: &mut Hit) -> Lead {
+        let Self { view, ray, numbers, .. } = *self;
+        let Some(segment) = view.lazy.segment_of_leaf(leaf) else { return Lead::Blocks };
+        match view.root_of(segment) {
+            Some(root) => Lead::On(root),
+            None => Lead::Back(enter(view.lazy, segment, |view, root| {
+                let ray = ray.prepared(best.t);
+                // SAFETY: the caller's promise.
+                unsafe { I::lazy::<ANY>(&view, root, &ray, numbers, best) }
+            })),
+        }
+    }
+}
+
+/// [`traverse_many`], from a node down.
 ///
 /// # Safety
-/// - The processor has the instruction set `I`; the tree is not empty.
+/// - The processor has the instruction set `I`; the node may be read in this view.
 #[inline(always)]
 pub(super) unsafe fn packet_below<I: Shells, const ANY: bool>(
-    lazy: &LazyBvh,
-    segment: usize,
+    view: &View<'_>,
+    root: ChildRef,
     packet: &Packet,
     mask: u64,
     numbers: (u32, u32),
     found: &mut Found,
 ) {
-    let mut touch = None;
-    let part = segment_of(lazy, segment, &mut touch);
     let slabs = Slabs { near_org: &packet.org, far_org: &packet.org, inv_dir: &packet.inv_dir, tmin: &packet.tmin };
-    let mut leaves = LazyLeaves::<ANY> { lazy, segment, part, packet, numbers };
-    // SAFETY: the caller's promise; a segment is a tree (by its construction from a `Bvh`).
-    unsafe { traverse_packet::<I, _>(part.nodes, &slabs, &packet.negative, mask, &mut leaves, found) }
+    let mut leaves = LazyLeaves::<ANY> { view, packet, numbers };
+    // SAFETY: the caller's promise; it is a tree (the invariants of the topology).
+    unsafe { traverse_packet::<I, _>(view, root, &slabs, &packet.negative, mask, &mut leaves, found) }
 }
 
-/// The triangles of a segment and the segments below it, as seen by a packet.
+/// Triangles and segments, as seen by a packet.
 struct LazyLeaves<'a, const ANY: bool> {
-    lazy: &'a LazyBvh,
-    segment: usize,
-    part: LazyPart<'a>,
+    view: &'a View<'a>,
     packet: &'a Packet,
     numbers: (u32, u32),
 }
@@ -144,45 +229,110 @@ impl<I: Shells, const ANY: bool> Leaves<I> for LazyLeaves<'_, ANY> {
     const FEW: u32 = 4;
 
     #[inline(always)]
+    unsafe fn lead(&self, leaf: ChildRef) -> Option<ChildRef> {
+        self.view.lazy.segment_of_leaf(leaf).and_then(|segment| self.view.root_of(segment))
+    }
+
+    #[inline(always)]
     unsafe fn test(&mut self, leaf: ChildRef, mask: u64, down: [bool; 3], found: &mut Found) -> bool {
-        let Self { lazy, part, packet, numbers, .. } = *self;
-        let run = leaf.blocks();
-        // SAFETY: the caller's promise; the leaf is a run of the segment's own blocks, or a segment.
+        let Self { view, packet, numbers } = *self;
+        // SAFETY: the caller's promise; the leaf is a run of blocks, or a segment.
         unsafe {
-            if run.start < part.blocks.len() {
-                let run = part.blocks.get_unchecked(run);
-                return intersect_leaf::<I, ANY>(packet, mask, down, run, numbers.0, numbers.1, found) && !ANY;
+            if let Some(segment) = view.lazy.segment_of_leaf(leaf) {
+                enter(view.lazy, segment, |view, root| {
+                    I::lazy_packet::<ANY>(&view, root, packet, mask, numbers, found);
+                });
+                return !ANY;
             }
-            I::lazy_packet::<ANY>(lazy, part.below + run.start - part.blocks.len(), packet, mask, numbers, found);
-            !ANY
+            let run = view.lazy.blocks().get_unchecked(leaf.blocks());
+            let mut blocks = [const { MaybeUninit::<Tri4>::uninit() }; MAX_LEAF_BLOCKS];
+            for (to, block) in blocks.iter_mut().zip(run) {
+                to.write(view.gather(block));
+            }
+            // A leaf has no more than MAX_LEAF_BLOCKS.
+            let blocks = std::slice::from_raw_parts(blocks.as_ptr().cast::<Tri4>(), run.len());
+            intersect_leaf::<I, ANY>(packet, mask, down, blocks, numbers.0, numbers.1, found) && !ANY
         }
     }
 
     #[inline(always)]
     fn prefetch(&self, child: ChildRef) {
         if child.is_leaf() {
-            prefetch(self.part.blocks, child.blocks().start);
+            prefetch(self.view.lazy.blocks(), child.blocks().start);
         } else {
-            prefetch(self.part.nodes, child.index());
+            prefetch_at(self.view.nodes.wrapping_add(child.index()));
         }
     }
 
     #[inline(always)]
     unsafe fn alone(&mut self, child: ChildRef, r: usize, found: &mut Found) {
-        let Self { lazy, segment, packet, numbers, .. } = *self;
+        let Self { view, packet, numbers } = *self;
         let t = &mut found.t[r / LANES % GROUPS][r % LANES];
         let tmax = *t;
         // SAFETY: the caller's promise.
         unsafe {
-            let ray = packet.ray(r, tmax);
-            let lanes = (SlabLanes::<I>::new(&ray), RayLanes::<I>::new(&ray));
-            let mut none = Hit::none(tmax);
-            let best = if ANY { &mut none } else { &mut found.hits[r] };
-            if I::lazy::<ANY>(lazy, (segment, child), &lanes, &ray, numbers, best) {
-                if ANY {
+            let ray = InPacket::new(packet, r);
+            if ANY {
+                let none = &mut Hit::none(tmax);
+                if below::<I, true>(view, child, ray, numbers, none) {
                     found.open &= !(1 << r);
-                } else {
+                }
+            } else {
+                let best = &mut found.hits[r];
+                if below::<I, false>(view, child, ray, numbers, best) {
                     *t = best.t;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::accel::test_meshes::{Random, bumpy_sphere};
+    use crate::accel::{Structure, TwoLevel};
+    use crate::scene::{Command, Instance, LazyShape, Motion, Scene, Strategy};
+    use crate::simd::Level;
+    use crate::trace::{Hit, Ray, Tracer};
+    use glam::Affine3A;
+
+    #[test]
+    fn rays_that_come_while_a_segment_is_written_see_the_same() {
+        let seed = Random::seed(45);
+        let mut random = Random::new(seed);
+        let mut scene = Scene::default();
+        scene.apply(Command::DefineObject { name: 1, mesh: bumpy_sphere(40, 60), motion: Motion::Unstructured });
+        let instances = [Instance { object: 1, world_from_object: Affine3A::IDENTITY }];
+        let rays: Vec<Ray> = (0..700)
+            .map(|i| {
+                let org = random.vec() * 3.0;
+                let to = random.vec() * if i % 3 == 0 { 2.0 } else { 0.5 };
+                Ray::new(org, to - org)
+            })
+            .collect();
+        for level in Level::available() {
+            let mut plain = TwoLevel::new(level);
+            plain.force_strategy(Some(Strategy::Refit));
+            plain.update(&scene, &instances);
+            for (cut, levels, claimed) in [(0, 0, 2), (0, 1, 2), (100, 0, 3), (100, 1, 1)] {
+                scene.apply(Command::SetLazyShape { name: 1, shape: LazyShape { cut, levels } });
+                let mut world = TwoLevel::new(level);
+                world.force_strategy(Some(Strategy::Lazy));
+                world.update(&scene, &instances);
+                let Structure::Lazy(lazy) = world.objects()[0].structure() else { unreachable!("it was forced") };
+                assert!(lazy.segments() > 8);
+                (0..lazy.segments()).filter(|_| random.below(claimed) == 0).for_each(|s| lazy.leave_claimed(s));
+                let (expected, tracer) = (Tracer::new(&plain), Tracer::new(&world));
+                let mut many: Vec<Option<Hit>> = vec![None; rays.len()];
+                tracer.intersect_many(&rays, &mut many);
+                let mut dark = vec![false; rays.len()];
+                tracer.occluded_many(&rays, &mut dark);
+                for (i, ray) in rays.iter().enumerate() {
+                    let hit = expected.intersect(ray);
+                    let what = format!("seed {seed}, {level:?}, cut {cut}, levels {levels}, ray {i}");
+                    assert_eq!(format!("{:?}", tracer.intersect(ray)), format!("{hit:?}"), "{what}");
+                    assert_eq!(format!("{:?}", many[i]), format!("{hit:?}"), "{what}, many");
+                    assert_eq!((tracer.occluded(ray), dark[i]), (hit.is_some(), hit.is_some()), "{what}");
                 }
             }
         }

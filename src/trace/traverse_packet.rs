@@ -45,10 +45,34 @@ struct Pending {
     child: ChildRef,
 }
 
+/// Where the nodes of a tree are.
+pub(super) trait Nodes {
+    /// # Safety
+    /// - It is a node of the tree, to which a child refers that has been visited, or the root.
+    unsafe fn node(&self, index: usize) -> &Node8;
+}
+
+impl Nodes for [Node8] {
+    #[inline(always)]
+    unsafe fn node(&self, index: usize) -> &Node8 {
+        // SAFETY: the caller's promise.
+        unsafe { self.get_unchecked(index) }
+    }
+}
+
 /// What hangs below the leaves of a tree.
 pub(super) trait Leaves<I: Isa> {
     /// Rays up to this many are given to [`Leaves::alone`].
     const FEW: u32;
+
+    /// The node to go on to, if a leaf stands for one.
+    ///
+    /// # Safety
+    /// - `leaf` is of the tree.
+    #[inline(always)]
+    unsafe fn lead(&self, _leaf: ChildRef) -> Option<ChildRef> {
+        None
+    }
 
     /// Tests the rays of `mask`, of one octant, against a leaf. Returns whether a best hit was replaced.
     ///
@@ -66,14 +90,15 @@ pub(super) trait Leaves<I: Isa> {
     fn prefetch(&self, child: ChildRef);
 }
 
-/// Takes the rays in `mask` through the tree of `nodes`, octant by octant.
+/// Takes the rays in `mask` through the tree of `nodes` from `root` down, octant by octant.
 ///
 /// # Safety
 /// - The processor has the instruction set `I`.
-/// - `nodes` are a tree: not empty, children are nodes of higher number or leaves, no path has more than `MAX_DEPTH` nodes.
+/// - `nodes` are a tree: children are nodes of it or leaves, no path has more than `MAX_DEPTH` nodes. `root` is one of them.
 #[inline(always)]
 pub(super) unsafe fn traverse_packet<I: Isa, L: Leaves<I>>(
-    nodes: &[Node8],
+    nodes: &(impl Nodes + ?Sized),
+    root: ChildRef,
     slabs: &Slabs,
     negative: &[u64; 3],
     mask: u64,
@@ -93,10 +118,10 @@ pub(super) unsafe fn traverse_packet<I: Isa, L: Leaves<I>>(
         unsafe {
             if same.count_ones() <= L::FEW {
                 for r in bits(same) {
-                    leaves.alone(ChildRef::node(0), r, found);
+                    leaves.alone(root, r, found);
                 }
             } else {
-                octant::<I, L>(nodes, slabs, same, down, leaves, found);
+                octant::<I, L>(nodes, root, slabs, same, down, leaves, found);
             }
         }
     }
@@ -108,7 +133,8 @@ pub(super) unsafe fn traverse_packet<I: Isa, L: Leaves<I>>(
 /// - As [`traverse_packet`].
 #[inline(always)]
 unsafe fn octant<I: Isa, L: Leaves<I>>(
-    nodes: &[Node8],
+    nodes: &(impl Nodes + ?Sized),
+    root: ChildRef,
     slabs: &Slabs,
     mask: u64,
     down: [bool; 3],
@@ -116,7 +142,7 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
     found: &mut Found,
 ) {
     let mut stack = [const { MaybeUninit::<Pending>::uninit() }; STACK];
-    stack[0].write(Pending { rays: mask, enter: 0.0, child: ChildRef::node(0) });
+    stack[0].write(Pending { rays: mask, enter: 0.0, child: root });
     let mut depth = 1usize;
     // SAFETY: the caller's promise, for all vector operations and for the references; every visited node replaces
     // one reference by at most WIDTH, so the stack holds at most STACK, and entries below `depth` have been written.
@@ -127,7 +153,7 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
         let mut farthest = I::F8::splat(greatest);
         while depth > 0 {
             depth -= 1;
-            let Pending { rays, enter, child } = stack.get_unchecked(depth).assume_init();
+            let Pending { rays, enter, mut child } = stack.get_unchecked(depth).assume_init();
             let mut rays = rays & found.open;
             if enter > least {
                 rays = still_before::<I>(found, rays, enter);
@@ -136,11 +162,14 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
                 continue;
             }
             if child.is_leaf() {
-                if leaves.test(child, rays, down, found) {
-                    let (nearest, greatest) = best_range::<I>(found, mask);
-                    (least, farthest) = (nearest, I::F8::splat(greatest));
-                }
-                continue;
+                let Some(node) = leaves.lead(child) else {
+                    if leaves.test(child, rays, down, found) {
+                        let (nearest, greatest) = best_range::<I>(found, mask);
+                        (least, farthest) = (nearest, I::F8::splat(greatest));
+                    }
+                    continue;
+                };
+                child = node;
             }
             if rays.count_ones() <= L::FEW {
                 for r in bits(rays) {
@@ -148,7 +177,7 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
                 }
                 continue;
             }
-            let node = nodes.get_unchecked(child.index());
+            let node = nodes.node(child.index());
             let base = depth;
             let (count, vectors) = (rays.count_ones(), groups_of(rays).count_ones());
             let (mut candidates, mut by_all, mut distance, mut in_lanes) = (0, 0, [0.0; WIDTH], false);

@@ -7,7 +7,7 @@
 
 use crate::ours::Ours;
 use glam::Vec3;
-use openrt::trace::Ray;
+use openrt::trace::{Hit, Ray, Tracer};
 
 /// A count of rays that hit something.
 pub type Hits = usize;
@@ -41,6 +41,20 @@ pub struct View {
     pub at: Vec3,
     /// Of the vertical field of view.
     pub degrees: f32,
+}
+
+/// Traces rays and, from each hit, a shadow ray to a point light, as two batches; gives how many of both hit.
+pub fn with_shadows(tracer: &Tracer, rays: &[Ray], light: Vec3) -> Hits {
+    let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
+    tracer.intersect_many(rays, &mut hits);
+    let shadow = |(ray, hit): (&Ray, &Option<Hit>)| {
+        let at = ray.org + ray.dir * (hit.as_ref()?.t * 0.9999);
+        Some(Ray { tmax: 1.0, ..Ray::new(at, light - at) })
+    };
+    let shadows: Vec<Ray> = rays.iter().zip(&hits).filter_map(shadow).collect();
+    let mut dark = vec![false; shadows.len()];
+    tracer.occluded_many(&shadows, &mut dark);
+    shadows.len() + dark.iter().filter(|&&dark| dark).count()
 }
 
 /// Pixel coordinates in the order of the rays.

@@ -13,7 +13,7 @@ use openrt::accel::{Structure, TwoLevel};
 use openrt::scene::{Command, Instance, Mesh, Scene, Strategy};
 use openrt::simd::Level;
 use openrt::threads::Pool;
-use openrt::trace::{Hit, Ray, Tracer};
+use openrt::trace::{Ray, Tracer};
 use rayon::prelude::*;
 
 /// Rays per call: a tile of 16×16 pixels.
@@ -135,19 +135,7 @@ fn scattered<T>(mut items: Vec<T>) -> Vec<T> {
 /// Traces primary rays and their shadow rays; gives how many of both hit.
 fn trace(world: &TwoLevel, tiles: &[&[Ray]], light: Vec3) -> usize {
     let tracer = Tracer::new(world);
-    let one = |rays: &&[Ray]| {
-        let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
-        tracer.intersect_many(rays, &mut hits);
-        let shadow = |(ray, hit): (&Ray, &Option<Hit>)| {
-            let at = ray.org + ray.dir * (hit.as_ref()?.t * 0.9999);
-            Some(Ray { tmax: 1.0, ..Ray::new(at, light - at) })
-        };
-        let shadows: Vec<Ray> = rays.iter().zip(&hits).filter_map(shadow).collect();
-        let mut dark = vec![false; shadows.len()];
-        tracer.occluded_many(&shadows, &mut dark);
-        shadows.len() + dark.iter().filter(|&&dark| dark).count()
-    };
-    tiles.par_iter().map(one).sum()
+    tiles.par_iter().map(|tile| rays::with_shadows(&tracer, tile, light)).sum()
 }
 
 fn cost(world: &TwoLevel) -> f64 {

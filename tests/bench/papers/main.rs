@@ -49,6 +49,8 @@ mod scene;
 #[path = "../common/scenes/mod.rs"]
 mod scenes;
 mod stage;
+#[path = "../common/start.rs"]
+mod start;
 #[allow(dead_code, reason = "of the program openrt")]
 #[path = "../../../src/bin/openrt/upload.rs"]
 mod upload;
@@ -61,16 +63,10 @@ use options::Options;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let options = match Options::parse(std::env::args().skip(1)) {
+    let options = match start::options(Options::parse) {
         Ok(options) => options,
-        Err(text) => {
-            eprintln!("{text}");
-            return ExitCode::FAILURE;
-        }
+        Err(code) => return code,
     };
-    if option_env!("CARGO_INCREMENTAL") == Some("1") {
-        println!("!!! BUILT WITH CARGO_INCREMENTAL=1: kernels are cut into 256 units and hardly inlined");
-    }
     println!("{} thread(s); milliseconds of processor time unless something else is said", options.threads);
     let mut report = report::Report::default();
     let mut scenes = wald::Scenes::default();
@@ -95,11 +91,5 @@ fn main() -> ExitCode {
         }
     }
     report.end();
-    if let Some(path) = &options.json
-        && let Err(error) = std::fs::write(path, report.json())
-    {
-        eprintln!("{}: {error}", path.display());
-        return ExitCode::FAILURE;
-    }
-    ExitCode::SUCCESS
+    start::end(options.json.as_deref(), || report.json())
 }

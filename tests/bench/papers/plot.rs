@@ -118,7 +118,12 @@ where
         .label_style(text(12))
         .light_line_style(WHITE)
         .y_labels(6);
-    mesh.y_label_formatter(&number);
+    let of_decade = |value: &f64| {
+        // All nine ticks of a decade would stand on each other.
+        let first = (value / 10f64.powf(value.log10().floor())).round();
+        if [1.0, 2.0, 5.0, 10.0].contains(&first) { number(value) } else { String::new() }
+    };
+    mesh.y_label_formatter(if floor > 0.0 { &of_decade } else { &number });
     if panel.names.is_empty() {
         mesh.x_label_formatter(&number).draw()?;
     } else {

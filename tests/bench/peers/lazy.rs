@@ -13,7 +13,7 @@ use openrt::accel::TwoLevel;
 use openrt::scene::{Command, Instance, LazyShape, Mesh, Motion, Scene, Strategy};
 use openrt::simd::Level;
 use openrt::threads::Pool;
-use openrt::trace::{Hit, Ray, Tracer};
+use openrt::trace::Tracer;
 
 /// Rays per call, as a job of the renderer has.
 const JOB: usize = 4096;
@@ -106,7 +106,9 @@ fn animate(bench: &BenchScene, size: [u32; 2], pool: &Pool) -> Vec<Sum> {
                 let begin = thread_seconds();
                 world.update(scene, &instances);
                 let middle = thread_seconds();
-                let hits = trace(world, &primary, bench.light);
+                let tracer = Tracer::new(world);
+                let hits =
+                    primary.chunks(JOB).map(|rays| rays::with_shadows(&tracer, rays, bench.light)).sum::<usize>();
                 let end = thread_seconds();
                 if frame > 0 {
                     sum.update += middle - begin;
@@ -118,25 +120,6 @@ fn animate(bench: &BenchScene, size: [u32; 2], pool: &Pool) -> Vec<Sum> {
         }
     }
     sums
-}
-
-/// Primary rays and their shadow rays; how many of both hit.
-fn trace(world: &TwoLevel, primary: &[Ray], light: Vec3) -> usize {
-    let tracer = Tracer::new(world);
-    let mut count = 0;
-    for rays in primary.chunks(JOB) {
-        let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
-        tracer.intersect_many(rays, &mut hits);
-        let shadow = |(ray, hit): (&Ray, &Option<Hit>)| {
-            let at = ray.org + ray.dir * (hit.as_ref()?.t * 0.9999);
-            Some(Ray { tmax: 1.0, ..Ray::new(at, light - at) })
-        };
-        let shadows: Vec<Ray> = rays.iter().zip(&hits).filter_map(shadow).collect();
-        let mut dark = vec![false; shadows.len()];
-        tracer.occluded_many(&shadows, &mut dark);
-        count += shadows.len() + dark.iter().filter(|&&dark| dark).count();
-    }
-    count
 }
 
 /// A brush that wanders over a large mesh.

@@ -34,6 +34,8 @@ mod report;
 #[path = "../common/scenes/mod.rs"]
 mod scenes;
 mod splits;
+#[path = "../common/start.rs"]
+mod start;
 mod static_scenes;
 mod toplevel;
 
@@ -41,18 +43,10 @@ use options::{Options, Suite};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let options = match Options::parse(std::env::args().skip(1)) {
+    let options = match start::options(Options::parse) {
         Ok(options) => options,
-        Err(text) => {
-            eprintln!("{text}");
-            return ExitCode::FAILURE;
-        }
+        Err(code) => return code,
     };
-    if option_env!("CARGO_INCREMENTAL") == Some("1") {
-        println!(
-            "!!! BUILT WITH CARGO_INCREMENTAL=1: kernels are cut into 256 units and hardly inlined; ours is up to 2 times too slow"
-        );
-    }
     let embree = match embree::Embree::load() {
         Ok(embree) => Some(embree),
         Err(why) => {
@@ -70,11 +64,5 @@ fn main() -> ExitCode {
         Suite::Lazy => lazy::run(&options),
         Suite::Field => field::run(&options),
     };
-    if let Some(path) = &options.json
-        && let Err(error) = std::fs::write(path, json)
-    {
-        eprintln!("{}: {error}", path.display());
-        return ExitCode::FAILURE;
-    }
-    ExitCode::SUCCESS
+    start::end(options.json.as_deref(), || json)
 }

@@ -1,0 +1,154 @@
+//! Writes a segment of a lazy tree: its vertices, and the boxes of its nodes from them.
+//!
+//! A segment holds a copy of its vertices, each once, in a row; its blocks refer to these by number. So to bring it up to date, each vertex is
+//! fetched once from the mesh, wherever it is there, and all else is done in the nearest cache: a leaf's box is the box of its vertices, padded as a
+//! whole. What rays do not test is not laid out for them: who tests a block gathers its corners.
+//!
+//! *Why not blocks with corners copied in, as other trees have*: they were, and to write them took three quarters of the time of a segment, most
+//! of it waiting for memory: 53 bytes per triangle to be fetched, changed and put back, where vertices take 9. See [`super::lazy`] for what both cost.
+
+use super::Aabb;
+use super::aabb::{PAD_ABSOLUTE, PAD_EXTENT, PAD_ULP};
+use super::block_loader::BlockBox;
+use super::bvh::{Node8, WIDTH};
+use super::lazy_cut::{LazyBlock, Segment, Topology};
+use super::refit::set_bounds;
+use super::triangle_bounds;
+use super::vertex_box::{LIMIT, ask_for_first, each_listed};
+use crate::scene::Mesh;
+use crate::simd::{Kernel, box_at, prefetch_at};
+use glam::{BVec4A, Vec4, Vec4Swizzles};
+use std::ops::Range;
+
+/// Nodes and vertices are those of the segment, `below` the boxes of the segments below. Returns whether a triangle can be hit that was unusable at
+/// the build.
+pub(super) struct Write<'a> {
+    pub topology: &'a Topology,
+    pub segment: &'a Segment,
+    pub mesh: &'a Mesh,
+    pub nodes: &'a mut [Node8],
+    pub vertices: &'a mut [Vec4],
+    pub below: &'a [BlockBox],
+}
+
+impl Kernel for Write<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let Self { topology, segment, mesh, nodes, vertices, below } = self;
+        let blocks = &topology.blocks[segment.blocks.clone()];
+        let (first_block, first_node) = (blocks.as_ptr(), nodes.as_ptr());
+        // As many blocks and nodes as there are, by and large; to ask for others does no harm.
+        let usable = fetch(mesh, &topology.vertices, segment.own.clone(), vertices, |i| {
+            prefetch_at(first_block.wrapping_add(i));
+            if i % 2 == 0 {
+                prefetch_at(first_node.wrapping_add(i / 2));
+            }
+        });
+        // Not closures: these would be compiled for any processor.
+        if usable && !segment.dropped {
+            let leaves = Vertices { vertices, first: segment.held.start };
+            write_nodes(topology, segment, nodes, below, leaves);
+            return false;
+        }
+        let mut any = false;
+        write_nodes(topology, segment, nodes, below, Triangles { mesh, any: &mut any });
+        any && segment.dropped
+    }
+}
+
+/// Where the box of a leaf comes from.
+trait Leaves {
+    fn leaf(&mut self, blocks: &[LazyBlock]) -> BlockBox;
+}
+
+/// From vertices, of which the first has the number `first`: padded as [`super::aabb::padded`] does, so it contains the box of each triangle.
+struct Vertices<'a> {
+    vertices: &'a [Vec4],
+    first: usize,
+}
+
+impl Leaves for Vertices<'_> {
+    #[inline(always)]
+    fn leaf(&mut self, blocks: &[LazyBlock]) -> BlockBox {
+        let (mut lo, mut hi) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
+        for block in blocks {
+            let (least, most) = box_at(self.vertices, self.first, &block.corners);
+            (lo, hi) = (lo.min(least), hi.max(most));
+        }
+        let largest = lo.abs().max(hi.abs());
+        let side = hi - lo;
+        let extent = side.max(side.yzxw()).max(side.zxyw());
+        let pad = (extent * PAD_EXTENT + largest * PAD_ULP) + Vec4::splat(PAD_ABSOLUTE);
+        BlockBox { lo: lo - pad, hi: hi + pad }
+    }
+}
+
+/// From triangles some of which may be unusable; `any` tells if one was not.
+struct Triangles<'a> {
+    mesh: &'a Mesh,
+    any: &'a mut bool,
+}
+
+impl Leaves for Triangles<'_> {
+    fn leaf(&mut self, blocks: &[LazyBlock]) -> BlockBox {
+        let bounds = box_of_triangles(blocks, self.mesh);
+        *self.any |= !bounds.is_empty();
+        BlockBox { lo: bounds.lo.extend(0.0), hi: bounds.hi.extend(0.0) }
+    }
+}
+
+/// Copies the vertices of a list; the last lanes are meaningless. Returns whether all may be of usable triangles.
+#[inline(always)]
+fn fetch(mesh: &Mesh, lists: &[u32], which: Range<usize>, vertices: &mut [Vec4], also: impl Fn(usize)) -> bool {
+    let mut usable = BVec4A::new(true, true, true, true);
+    let mut to = vertices.iter_mut().enumerate();
+    ask_for_first(&mesh.positions, &lists[which.clone()]);
+    each_listed(&mesh.positions, lists, which, |p| {
+        // NaN fails.
+        usable &= p.abs().cmple(Vec4::splat(LIMIT));
+        if let Some((i, to)) = to.next() {
+            also(i);
+            *to = p;
+        }
+    });
+    usable.bitmask() & 7 == 7
+}
+
+/// Writes the boxes of all lanes, last node first.
+#[inline(always)]
+fn write_nodes(
+    topology: &Topology,
+    segment: &Segment,
+    nodes: &mut [Node8],
+    below: &[BlockBox],
+    mut leaves: impl Leaves,
+) {
+    let mut boxes = vec![BlockBox::EMPTY; nodes.len()];
+    for (i, node) in nodes.iter_mut().enumerate().rev() {
+        let mut lanes = [BlockBox::EMPTY; WIDTH];
+        let mut all = BlockBox::EMPTY;
+        for (child, lane) in node.children.iter().zip(&mut lanes) {
+            if child.is_empty() {
+                break;
+            }
+            *lane = if !child.is_leaf() {
+                boxes[child.index() - segment.nodes.start]
+            } else if let Some(number) = topology.segment_of_leaf(*child) {
+                below[number - segment.below.start]
+            } else {
+                leaves.leaf(&topology.blocks[child.blocks()])
+            };
+            all = all.union(lane);
+        }
+        boxes[i] = all;
+        set_bounds(node, &lanes);
+    }
+}
+
+/// The box of a leaf some of whose triangles may be unusable.
+pub(super) fn box_of_triangles(blocks: &[LazyBlock], mesh: &Mesh) -> Aabb {
+    let prims = blocks.iter().flat_map(|block| block.prims);
+    prims.fold(Aabb::EMPTY, |all, prim| all.union(triangle_bounds(mesh.corners(prim))))
+}
