@@ -30,6 +30,13 @@ impl BlockBox {
     pub fn union(self, other: &Self) -> Self {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
+
+    /// Half the surface area; 0 for an empty box.
+    #[inline(always)]
+    pub fn half_area(&self) -> f32 {
+        let e = (self.hi - self.lo).max(Vec4::ZERO);
+        e.x * e.y + (e.y * e.z + e.z * e.x)
+    }
 }
 
 impl From<BlockBox> for Aabb {

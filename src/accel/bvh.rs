@@ -201,8 +201,6 @@ pub struct Bvh {
     pub(super) blocks: Vec<Tri4>,
     /// Disjoint, in order; the nodes before the first are the top, refit after all of them.
     pub(super) subtrees: Vec<Subtree>,
-    /// The first node of each level, if nodes are in level order ([`super::level_order`]); else nothing.
-    pub(super) levels: Vec<usize>,
     /// Triangles that were unusable when the tree was built: they have no lane.
     pub(super) dropped: Vec<u32>,
     /// Triangles of the mesh it was built for.
@@ -244,12 +242,10 @@ impl Bvh {
                 }
             }
         }
-        let levels = Vec::new();
         Self {
             nodes,
             blocks,
             subtrees,
-            levels,
             dropped,
             prim_count,
             bounds: Some(bounds),
@@ -284,6 +280,10 @@ impl Bvh {
 
     pub(super) fn set_bounds(&mut self, bounds: Aabb) {
         self.bounds = Some(bounds);
+    }
+
+    pub(super) fn set_depth(&mut self, depth: usize) {
+        self.depth = depth;
     }
 
     /// Whether a triangle may be in several leaves, with boxes around parts of it ([`super::build_spatial`]).

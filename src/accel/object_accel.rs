@@ -18,7 +18,7 @@ use super::instance::{append_to_world, mesh_with_room};
 use super::key_trees::KeyTrees;
 use super::lazy::{LazyBvh, Source};
 use super::links::Links;
-use super::rotate::Best;
+use super::rotate::Wear;
 use super::strategy::{Method, Moved, WORN};
 use super::visibility::VisibilityField;
 use super::waiting::{Attention, Waiting};
@@ -80,8 +80,8 @@ pub struct ObjectAccel {
     waiting: Option<Box<Waiting>>,
     attention: Attention,
     defeats: Defeats,
-    /// What rotations remember of the tree's nodes.
-    best: Vec<Best>,
+    /// What rotations remember of the tree.
+    wear: Wear,
     /// For partial refits, once there has been one, and how many nodes these have looked at since wear was.
     links: Option<Links>,
     patched: usize,
@@ -196,7 +196,7 @@ impl ObjectAccel {
         let links = self.links.as_ref().map_or(0, Links::memory_bytes);
         let waiting = self.waiting.as_ref().map_or(0, |w| w.memory_bytes());
         let structure = self.structure.memory_bytes() + waiting + self.keys.memory_bytes();
-        let rotations = self.best.capacity() * size_of::<Best>();
+        let rotations = self.wear.memory_bytes();
         structure + links + rotations + self.scratch.sah.memory_bytes() + self.scratch.fast.memory_bytes()
     }
 
@@ -395,7 +395,7 @@ impl ObjectAccel {
         if bvh.can_hold(mesh) && self.defeats.pauses() {
             return self.renew(mesh);
         }
-        let worn = bvh.rotate(mesh, &mut self.best)? > WORN * self.cost_when_built;
+        let worn = bvh.rotate(mesh, &mut self.wear)? > WORN * self.cost_when_built;
         self.defeats.tell(worn);
         if worn { self.renew(mesh) } else { Some(Outcome::Refitted(bvh.nodes().len())) }
     }
@@ -430,12 +430,8 @@ impl ObjectAccel {
             _ => Bvh::default(),
         };
         self.links = None;
-        let in_levels = old.is_in_level_order();
-        let mut bvh = rebuild_fast(mesh, old, &mut self.scratch.fast).ok()?;
-        if in_levels {
-            bvh = bvh.in_level_order().ok()?;
-            self.best.clear();
-        }
+        self.wear.clear();
+        let bvh = rebuild_fast(mesh, old, &mut self.scratch.fast).ok()?;
         self.cost_when_built = bvh.sah_cost();
         let nodes = bvh.nodes().len();
         self.structure = Structure::Bvh(bvh);
@@ -506,10 +502,9 @@ impl ObjectAccel {
             }
             Method::Bvh { fast, moved } => {
                 let recycled = if let Structure::Bvh(bvh) = old { bvh } else { Bvh::default() };
-                let mut bvh = self.build_bvh(mesh, fast || hurried, recycled)?;
+                let bvh = self.build_bvh(mesh, fast || hurried, recycled)?;
                 if moved == Moved::Rotate {
-                    bvh = bvh.in_level_order()?;
-                    (self.best, self.defeats) = (Vec::new(), Defeats::default());
+                    (self.wear, self.defeats) = (Wear::default(), Defeats::default());
                 }
                 let nodes = bvh.nodes().len();
                 if matches!(moved, Moved::RefitUntilWorn | Moved::Rotate) {

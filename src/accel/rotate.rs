@@ -1,367 +1,345 @@
 //! Refit with rotations (Kopta, Ize, Spjut, Brunvand, Davis, Kensler, *Fast, Effective BVH Updates for Animated Scenes*, 2012, §2).
 //!
 //! ```text
-//! blocks, in parallel:              new corners and boxes
-//! levels, last first, in parallel:  per node, boxes of the lanes and cost; and if it is worse than it has been:
-//!                                   triangles of its leaves sorted into their blocks anew,
-//!                                   grandchildren sorted into the inner children anew
+//! blocks, in parallel:     new corners and boxes
+//! subtrees, in parallel:   boxes and areas of all lanes, and the tree's true cost
+//! if that is worse:        what is worn is dissolved and sorted anew (super::restructure)
 //! ```
 //!
 //! The paper rotates a binary tree: per node the best of six exchanges in every frame, with one triangle per leaf or with leaves that
-//! split and merge. Here both happen on the wide tree itself, as a binary one beside it would have to be refit as well and
-//! collapsed every frame. Two things differ:
+//! split and merge. Here it happens on the wide tree itself, as a binary one beside it would have to be refit as well and
+//! collapsed every frame. Three things differ:
 //!
-//! * Instead of one exchange, all that are possible at once are made ([`super::regroup`]), but only where the areas of
-//!   the children have grown against the node's own by [`WORSE`] since they were least. In a calm scene that is nowhere.
-//! * Triangles move between the blocks below one node as nodes do between siblings. That takes the place of splitting leaves, and is what
-//!   matters most where neighbours part: 146,000 triangles of flying spheres cost 419 after 11 frames of refit, 307 with
-//!   nodes being sorted alone, 97 with both.
+//! * Nothing is looked for while the tree costs what it did ([`WORSE`]): in a calm scene it is a refit, and the sum of areas.
+//! * A rotation moves a subtree by one level, so what has to go a long way through the tree takes many frames. Here all that is worn
+//!   goes to its place at once, and what moves are the largest subtrees that are in order: a body that flies through the others is a few of them.
+//!   Triangles of worn leaves are sorted with them, which takes the place of splitting and merging leaves.
+//! * It is given up where it does not pay. When triangles tumble each on its own, a tree is as bad after sorting as before, or everything would have to be
+//!   sorted; then it is a refit, until whoever calls builds anew because the tree is worn ([`super::strategy`]). After a failure the next
+//!   attempts are left out, one, three, seven … 31.
 //!
-//! Every exchange keeps depths, so the tree stays in level order ([`super::level_order`]). What has to go a long way through the
-//! tree takes many frames, and in a chaos it never arrives. The true cost is summed up on the way, and whoever calls
-//! builds anew when it says that the tree is worn ([`super::strategy`]).
+//! *Cost* against a refit (one thread, `papers kopta1`, 20 frames and 100): 146,000 triangles of flying spheres 1.6 and 1.2 times, without a single build: the first attempt
+//! sorts 15,000 subtrees and triangles, those after it 500 to 2000, as whoever was mixed with others is so no more. Cost of the tree 23.6 where a
+//! careful build gives 20.5, a fast one 24.8, refit alone 292. Calm scenes 1.05 to 1.2. What exceeds 1.6 are frames that build: every triangle for itself, as in
+//! the key-framed soup, and bodies of which each frame is another heap.
 //!
-//! The tree is the same for any number of threads: a level's nodes are looked at independently, and what they
-//! change below does not overlap.
+//! *Tried before*: per node of the wide tree the best of 1792 exchanges of grandchildren (670 ns per node, a sixth of what sorting all grandchildren
+//! anew keeps off); sorting grandchildren, and triangles of leaves, per node whose children had grown, every depth kept: 2.7 times a refit among the spheres, and
+//! worn every second frame all the same, as nothing gets further than one level. *Tried with this*: finding out with little, where it would cost much,
+//! whether it pays (it never does: subtrees that straddle two bodies are near the leaves); lanes worn by their growth, 1.2 to 3 times, instead of by what they
+//! add to the cost (twice to five times as many items for the same gain, and a build every few frames); trying at 1.05 to 1.2 times the cost (10 % better trees, 1.8 times a refit).
+//!
+//! The tree is the same for any number of threads: parts of the tree are looked at independently, and put in their places one after the other.
 
+use super::Aabb;
 use super::block_loader::{BlockBox, Load, load};
-use super::bvh::{BLOCK, Bvh, ChildRef, Node8, Tri4, WIDTH};
+use super::bvh::{Bvh, MAX_DEPTH, Node8, OutOfMemory, WIDTH};
+use super::memory::filled;
 use super::refit::{Keep, set_bounds};
-use super::regroup::{GROUPS, Item, MOST, around, regroup};
-use super::{Aabb, triangle_bounds};
+use super::restructure::Plan;
+use super::treelet::Areas;
 use crate::scene::Mesh;
-use crate::simd::{self, Kernel, Level};
+use crate::simd::{self, Kernel, Level, prefetch};
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Blocks and nodes that are worked on together.
+/// Blocks that are worked on together.
 const BLOCKS: usize = 1024;
-const NODES: usize = 64;
+/// Nodes between asking for the boxes of leaves and reading them.
+const AHEAD: usize = 3;
 
-/// By how much the areas of inner children and of leaves may grow, against the node's, before they are sorted anew.
-const WORSE: [f32; 2] = [1.1, 1.5];
-/// What a new order has to save: the old one stays in a draw.
-const WORTH: f32 = 0.98;
+/// How much the cost may grow before something is done about it.
+const WORSE: f64 = 1.3;
+/// By how much a lane may be larger than in order, as a part of the mean lane's area at the calm cost.
+const EXCESS: f64 = 0.2;
+/// That and so many powers of four times it are tried until there is not too much to do.
+const COARSER: u32 = 3;
+/// What may be sorted in one frame, as a part of the triangles, and in any case.
+const MOST_SORTED: f64 = 0.12;
+const FEW: f64 = 64.0;
+/// After so many failures in a row, 31 attempts are left out.
+const MOST_FAILURES: u32 = 5;
+/// The part of the blocks by which they may become more, and the depth, before the tree is built anew.
+const MORE_BLOCKS: usize = 4;
+const DEEP: usize = MAX_DEPTH - 16;
 
-/// What the children of a node were at best: the areas of the inner ones and of the leaves (times their blocks), over the node's.
-pub(super) type Best = [f32; 2];
-const INNER: usize = 0;
-const LEAVES: usize = 1;
+/// What rotations remember of a tree; cleared when there is another one.
+#[derive(Debug, Default)]
+pub(super) struct Wear {
+    /// Areas of the lanes of each node when they were in order, and now; and of the root.
+    pub was: Vec<Areas>,
+    pub now: Vec<Areas>,
+    pub root_was: f32,
+    /// The cost after the last attempt to improve it, or the least since.
+    calm: f64,
+    /// Nodes and blocks at first, and blocks alone.
+    lanes: usize,
+    blocks: usize,
+    /// Nodes of independent subtrees; before the first are those above.
+    pub parts: Vec<Range<usize>>,
+    /// Attempts in a row that did not pay, and how often the next one is left out.
+    failures: u32,
+    pause: u32,
+    /// Boxes of the blocks.
+    leaves: Vec<Vec<BlockBox>>,
+    /// Blocks that are in no leaf.
+    pub free: Vec<u32>,
+    /// Memory for the next time that nodes are put in order.
+    pub spare_nodes: Vec<Node8>,
+    pub spare_was: Vec<Areas>,
+}
 
-impl Bvh {
-    /// Brings bounds and corners in line with the mesh, as [`Bvh::refit`] does, and improves the tree where it is worse
-    /// than before. For a tree in level order; `best` belongs to it and is empty after a build. Gives the tree's SAH cost, or nothing
-    /// if the tree has to be built anew. To be called inside the pool.
-    pub(super) fn rotate(&mut self, mesh: &Mesh, best: &mut Vec<Best>) -> Option<f64> {
-        if !self.can_hold(mesh) {
-            return None;
+impl Wear {
+    pub fn memory_bytes(&self) -> usize {
+        (self.was.capacity() + self.now.capacity() + self.spare_was.capacity()) * size_of::<Areas>()
+            + self.spare_nodes.capacity() * size_of::<Node8>()
+            + self.free.capacity() * size_of::<u32>()
+            + self.leaves.iter().map(|l| l.capacity() * size_of::<BlockBox>()).sum::<usize>()
+    }
+
+    /// Forgets the tree.
+    pub fn clear(&mut self) {
+        self.was.clear();
+    }
+
+    fn begin(&mut self, bvh: &Bvh) -> Result<(), OutOfMemory> {
+        self.was = filled(std::mem::take(&mut self.was), bvh.nodes.len(), [0.0; WIDTH])?;
+        self.now = filled(std::mem::take(&mut self.now), bvh.nodes.len(), [0.0; WIDTH])?;
+        self.was.par_iter_mut().zip(&bvh.nodes).for_each(|(was, node)| *was = half_areas(&node.bounds));
+        self.root_was = bvh.bounds().half_area();
+        self.calm = bvh.sah_cost();
+        (self.lanes, self.blocks) = (bvh.nodes.len() + bvh.blocks.len(), bvh.blocks.len());
+        self.free.clear();
+        self.parts = bvh.subtrees.iter().map(|s| s.nodes.clone()).collect();
+        if self.parts.first().is_some_and(|part| part.start == 0) {
+            // There is nothing above it.
+            self.parts.clear();
         }
-        let Some(root) = self.nodes.first() else { return Some(0.0) };
-        debug_assert!(!self.levels.is_empty() && root.child_count() > 0, "the tree is in level order");
-        if best.len() != self.nodes.len() {
-            *best = self.nodes.par_iter().map(|node| Shares::of(node).best()).collect();
-        }
-        let level = Level::detect();
-        let leaves: Vec<Vec<BlockBox>> = self
-            .blocks
-            .par_chunks_mut(BLOCKS)
-            .map(|blocks| {
-                let mut boxes = Vec::with_capacity(blocks.len());
-                load(Load { mesh, blocks, prims: &Keep, boxes: &mut boxes });
-                boxes
-            })
-            .collect();
-        let mut cost = 0.0;
-        let mut boxes: Vec<BlockBox> = Vec::new();
-        let mut end = self.nodes.len();
-        for level_index in (0..self.levels.len()).rev() {
-            let begin = self.levels[level_index];
-            let (upper, below) = self.nodes.split_at_mut(end);
-            let (below, blocks) = (&*below, &self.blocks[..]);
-            let mut above = vec![BlockBox::EMPTY; end - begin];
-            let changes: Vec<Changes> = upper[begin..]
-                .par_chunks_mut(NODES)
-                .zip(above.par_chunks_mut(NODES))
-                .zip(best[begin..end].par_chunks_mut(NODES))
-                .map(|((nodes, all), best)| {
-                    let lower = Lower { first: end, nodes: below, boxes: &boxes, blocks, leaves: &leaves };
-                    simd::run(level, Sweep { nodes, all, best, lower })
-                })
-                .collect();
-            for change in changes {
-                cost += change.cost;
-                change.nodes.into_iter().for_each(|(index, node)| self.nodes[index] = node);
-                change.blocks.into_iter().for_each(|(index, block)| self.blocks[index] = block);
-            }
-            (boxes, end) = (above, begin);
-        }
-        let bounds = Aabb { lo: boxes[0].lo.truncate(), hi: boxes[0].hi.truncate() };
-        self.set_bounds(bounds);
-        let root = f64::from(bounds.half_area());
-        Some(if root > 0.0 { 1.0 + cost / root } else { 0.0 })
+        Ok(())
+    }
+
+    /// By how much the root's area has grown.
+    pub fn growth(&self, bvh: &Bvh) -> f32 {
+        let growth = bvh.bounds().half_area() / self.root_was;
+        if growth > 0.0 && growth.is_finite() { growth } else { 1.0 }
     }
 }
 
-/// Everything below some nodes of one level.
-#[derive(Clone, Copy)]
-struct Lower<'a> {
-    /// The number of the first node below.
+impl Bvh {
+    /// Brings bounds and corners in line with the mesh, as [`Bvh::refit`] does, and improves the tree where it is worse
+    /// than before. `wear` belongs to the tree and is cleared after a build. Gives the tree's SAH cost, infinite when it should not go on growing,
+    /// or nothing if the tree has to be built anew. To be called inside the pool.
+    pub(super) fn rotate(&mut self, mesh: &Mesh, wear: &mut Wear) -> Option<f64> {
+        if !self.can_hold(mesh) {
+            return None;
+        }
+        if self.nodes.is_empty() {
+            return Some(0.0);
+        }
+        if wear.was.len() != self.nodes.len() {
+            wear.begin(self).ok()?;
+        }
+        wear.leaves.resize_with(self.blocks.len().div_ceil(BLOCKS), Vec::new);
+        self.blocks.par_chunks_mut(BLOCKS).zip(&mut wear.leaves).for_each(|(blocks, boxes)| {
+            boxes.clear();
+            load(Load { mesh, blocks, prims: &Keep, boxes });
+        });
+        let sum = self.sweep(wear);
+        let sum = self.improve(wear, sum);
+        let cost = self.cost_of(sum);
+        wear.calm = wear.calm.min(cost);
+        let grown = self.blocks.len() > wear.blocks + wear.blocks / MORE_BLOCKS + 64 || self.depth() > DEEP;
+        Some(if grown { f64::INFINITY } else { cost })
+    }
+
+    /// The SAH cost of a tree whose lanes have areas of that sum.
+    fn cost_of(&self, sum: f64) -> f64 {
+        let root = f64::from(self.bounds().half_area());
+        if root > 0.0 { 1.0 + sum / root } else { 0.0 }
+    }
+
+    /// Builds what is worn anew if the tree is worse than it was. Takes and gives the sum of the areas of all lanes.
+    fn improve(&mut self, wear: &mut Wear, mut sum: f64) -> f64 {
+        if self.cost_of(sum) <= wear.calm * WORSE {
+            return sum;
+        }
+        if wear.pause > 0 {
+            wear.pause -= 1;
+            return sum;
+        }
+        let root = f64::from(self.bounds().half_area());
+        let few = (MOST_SORTED * self.prim_count as f64).max(FEW);
+        let mut pays = false;
+        for coarser in 0..COARSER {
+            let most = wear.calm * root / wear.lanes as f64 * EXCESS * f64::from(1 << (2 * coarser));
+            let plan = Plan::new(self, wear, most as f32);
+            if plan.items as f64 <= few {
+                let saved = plan.carry_out(self, wear).unwrap_or(0.0);
+                pays = saved / sum > plan.items as f64 / self.prim_count as f64;
+                sum -= saved;
+                break;
+            }
+        }
+        wear.failures = if pays { 0 } else { (wear.failures + 1).min(MOST_FAILURES) };
+        wear.pause = (1 << wear.failures) - 1;
+        if !pays {
+            // It is the shape that costs more now, not the tree.
+            wear.calm = wear.calm.max(self.cost_of(sum));
+        }
+        sum
+    }
+
+    /// Boxes of nodes from those of the blocks. Gives the sum of the areas of all lanes, times the blocks of leaves.
+    fn sweep(&mut self, wear: &mut Wear) -> f64 {
+        let level = Level::detect();
+        let Wear { now, parts, leaves, .. } = wear;
+        now.resize(self.nodes.len(), [0.0; WIDTH]);
+        let top = parts.first().map_or(self.nodes.len(), |part| part.start);
+        let (top_nodes, mut nodes) = self.nodes.split_at_mut(top);
+        let (top_areas, mut areas) = now.split_at_mut(top);
+        let mut lower = Vec::with_capacity(parts.len());
+        for part in &*parts {
+            let (these, rest) = nodes.split_at_mut(part.len());
+            let (own, others) = areas.split_at_mut(part.len());
+            lower.push(Sweep { first: part.start, nodes: these, areas: own, below: &[], leaves });
+            (nodes, areas) = (rest, others);
+        }
+        let lower: Vec<(usize, BlockBox, f64)> = lower.into_par_iter().map(|sweep| simd::run(level, sweep)).collect();
+        let sum: f64 = lower.iter().map(|(.., cost)| cost).sum();
+        let (_, all, cost) =
+            simd::run(level, Sweep { first: 0, nodes: top_nodes, areas: top_areas, below: &lower, leaves });
+        self.set_bounds(Aabb::from(all));
+        sum + cost
+    }
+}
+
+/// Some nodes, parents before children.
+struct Sweep<'a> {
+    /// The number of the first.
     first: usize,
-    nodes: &'a [Node8],
-    boxes: &'a [BlockBox],
-    blocks: &'a [Tri4],
+    nodes: &'a mut [Node8],
+    /// Areas of their lanes, to be found.
+    areas: &'a mut [Areas],
+    /// Roots of subtrees beyond these nodes, in order: their numbers and boxes.
+    below: &'a [(usize, BlockBox, f64)],
     /// Boxes of the blocks.
     leaves: &'a [Vec<BlockBox>],
 }
 
-/// What some nodes of a level cost, and what they put in the place of nodes and blocks below.
-#[derive(Default)]
-struct Changes {
-    cost: f64,
-    nodes: Vec<(usize, Node8)>,
-    blocks: Vec<(usize, Tri4)>,
-}
-
-/// How the children of a node share its area.
-#[derive(Clone, Copy)]
-struct Shares {
-    whole: f32,
-    areas: [f32; 2],
-    /// Inner children, and blocks of leaves.
-    counts: [usize; 2],
-}
-
-impl Shares {
-    const NONE: Shares = Shares { whole: 0.0, areas: [0.0; 2], counts: [0; 2] };
-
-    fn of(node: &Node8) -> Self {
-        let mut shares = Shares { whole: node.union().half_area(), ..Shares::NONE };
-        for lane in 0..node.child_count() {
-            shares.add(node.children[lane], node.child_bounds(lane).half_area());
-        }
-        shares
-    }
-
-    #[inline(always)]
-    fn add(&mut self, child: ChildRef, area: f32) {
-        let (kind, visits) = if child.is_leaf() { (LEAVES, child.blocks().len()) } else { (INNER, 1) };
-        self.areas[kind] += area * visits as f32;
-        self.counts[kind] += visits;
-    }
-
-    fn best(&self) -> Best {
-        // Of a node without area nothing can be said.
-        self.areas.map(|area| if self.whole > 0.0 { area / self.whole } else { f32::INFINITY })
-    }
-
-    #[inline(always)]
-    fn is_worse(&self, kind: usize, best: &Best) -> bool {
-        self.counts[kind] > 1 && self.areas[kind] > best[kind] * self.whole * WORSE[kind]
-    }
-}
-
-/// Some nodes of one level.
-struct Sweep<'a> {
-    nodes: &'a mut [Node8],
-    /// Their boxes, to be found.
-    all: &'a mut [BlockBox],
-    best: &'a mut [Best],
-    lower: Lower<'a>,
-}
-
 impl Kernel for Sweep<'_> {
-    type Output = Changes;
+    /// Number and box of the first node, and the sum of all areas.
+    type Output = (usize, BlockBox, f64);
 
     #[inline(always)]
-    fn run(self) -> Changes {
-        let Self { nodes, all, best, lower } = self;
-        let mut changes = Changes::default();
-        for ((node, all), best) in nodes.iter_mut().zip(all).zip(best) {
+    fn run(self) -> Self::Output {
+        let Self { first, nodes, areas, below, leaves } = self;
+        let mut boxes = vec![BlockBox::EMPTY; nodes.len()];
+        let mut cost = 0.0;
+        for i in (0..nodes.len()).rev() {
+            if let Some(soon) = i.checked_sub(AHEAD) {
+                for child in nodes[soon].children.iter().filter(|child| child.is_leaf()) {
+                    let block = child.blocks().start;
+                    // An unused lane leads nowhere.
+                    if let Some(boxes) = leaves.get(block / BLOCKS) {
+                        prefetch(boxes, block % BLOCKS);
+                    }
+                }
+            }
+            let node = &mut nodes[i];
             let mut lanes = [BlockBox::EMPTY; WIDTH];
-            let mut shares = Shares::NONE;
-            for (&child, lane) in node.children.iter().zip(&mut lanes) {
+            let mut all = BlockBox::EMPTY;
+            let mut visits = [0.0; WIDTH];
+            for ((&child, lane), visits) in node.children.iter().zip(&mut lanes).zip(&mut visits) {
                 if child.is_empty() {
                     break;
                 }
                 *lane = if child.is_leaf() {
-                    child.blocks().fold(BlockBox::EMPTY, |all, b| all.union(&lower.leaves[b / BLOCKS][b % BLOCKS]))
+                    let Range { start, end } = child.blocks();
+                    *visits = (end - start) as f32;
+                    let one = |block: usize| &leaves[block / BLOCKS][block % BLOCKS];
+                    (start + 1..end).fold(*one(start), |all, block| all.union(one(block)))
                 } else {
-                    lower.boxes[child.index() - lower.first]
+                    *visits = 1.0;
+                    match boxes.get(child.index() - first) {
+                        Some(bounds) => *bounds,
+                        None => {
+                            let at = below.binary_search_by_key(&child.index(), |(node, ..)| *node);
+                            below[at.expect("the child is the root of a part")].1
+                        }
+                    }
                 };
-                *all = all.union(lane);
-                shares.add(child, item(lane, 0).half_area());
+                all = all.union(lane);
             }
-            shares.whole = item(all, 0).half_area();
-            if shares.is_worse(LEAVES, best) && shares.counts[LEAVES] <= GROUPS {
-                shares.areas[LEAVES] = sort_triangles(node, &shares, &lower, &mut lanes, &mut changes.blocks);
-                best[LEAVES] = shares.best()[LEAVES];
-            }
-            if shares.is_worse(INNER, best) {
-                shares.areas[INNER] = sort_grandchildren(node, &shares, &lower, &mut lanes, &mut changes.nodes);
-                best[INNER] = shares.best()[INNER];
-            }
-            for (best, now) in best.iter_mut().zip(shares.best()) {
-                *best = if now < *best { now } else { *best };
-            }
-            changes.cost += f64::from(shares.areas[INNER]) + f64::from(shares.areas[LEAVES]);
             set_bounds(node, &lanes);
-        }
-        changes
-    }
-}
-
-#[inline(always)]
-fn item(bounds: &BlockBox, tag: u32) -> Item {
-    Item { lo: bounds.lo, hi: bounds.hi, tag }
-}
-
-fn item_of(bounds: &Aabb, tag: u32) -> Item {
-    Item { lo: bounds.lo.extend(0.0), hi: bounds.hi.extend(0.0), tag }
-}
-
-#[inline(always)]
-fn box_of(item: &Item) -> BlockBox {
-    BlockBox { lo: item.lo, hi: item.hi }
-}
-
-/// Sorts the children of a node's inner children into these anew, if that makes them smaller. Gives the sum of their areas.
-#[inline(never)]
-fn sort_grandchildren(
-    node: &Node8,
-    shares: &Shares,
-    lower: &Lower,
-    lanes: &mut [BlockBox; WIDTH],
-    changes: &mut Vec<(usize, Node8)>,
-) -> f32 {
-    let inner = || (0..node.child_count()).filter(|&lane| !node.children[lane].is_leaf());
-    let mut items = [Item::EMPTY; MOST];
-    let mut count = 0;
-    for lane in inner() {
-        let child = &lower.nodes[node.children[lane].index() - lower.first];
-        for lane in 0..child.child_count() {
-            items[count] = item_of(&child.child_bounds(lane), child.children[lane].to_bits());
-            count += 1;
-        }
-    }
-    let groups = regroup(&mut items[..count], shares.counts[INNER], WIDTH);
-    let mut after = *lanes;
-    let (mut area, mut begin) = (0.0, 0);
-    for (lane, len) in inner().zip(groups.lengths()) {
-        let all = around(&items[begin..begin + len]);
-        after[lane] = box_of(&all);
-        area += all.half_area();
-        begin += len;
-    }
-    if area > shares.areas[INNER] * WORTH {
-        return shares.areas[INNER];
-    }
-    *lanes = after;
-    let mut begin = 0;
-    for (lane, len) in inner().zip(groups.lengths()) {
-        let mut fresh = Node8::EMPTY;
-        let mut boxes = [BlockBox::EMPTY; WIDTH];
-        for (place, item) in items[begin..begin + len].iter().enumerate() {
-            fresh.children[place] = ChildRef::from_bits(item.tag);
-            boxes[place] = box_of(item);
-        }
-        set_bounds(&mut fresh, &boxes);
-        changes.push((node.children[lane].index(), fresh));
-        begin += len;
-    }
-    area
-}
-
-/// Sorts the triangles of a node's leaves into their blocks anew, if that makes the leaves smaller. Gives the sum of the areas of
-/// leaves times their blocks.
-#[inline(never)]
-fn sort_triangles(
-    node: &Node8,
-    shares: &Shares,
-    lower: &Lower,
-    lanes: &mut [BlockBox; WIDTH],
-    changes: &mut Vec<(usize, Tri4)>,
-) -> f32 {
-    let leaves = || (0..node.child_count()).filter(|&lane| node.children[lane].is_leaf());
-    let mut items = [Item::EMPTY; MOST];
-    let mut count = 0;
-    for index in leaves().flat_map(|lane| node.children[lane].blocks()) {
-        let block = &lower.blocks[index];
-        for lane in 0..BLOCK {
-            // One that repeats the one before is padding.
-            if lane == 0 || block.prims[lane] != block.prims[lane - 1] {
-                items[count] = item_of(&triangle_bounds(block.corners(lane)), (index * BLOCK + lane) as u32);
-                count += 1;
+            boxes[i] = all;
+            areas[i] = half_areas(&node.bounds);
+            let mut parts = [0.0; WIDTH];
+            for lane in 0..WIDTH {
+                parts[lane] = areas[i][lane] * visits[lane];
             }
+            cost += f64::from(parts.iter().sum::<f32>());
         }
+        (first, boxes[0], cost)
     }
-    let groups = regroup(&mut items[..count], shares.counts[LEAVES], BLOCK);
-    let mut after = *lanes;
-    let (mut area, mut begin) = (0.0, 0);
-    let mut lengths = groups.lengths();
-    for lane in leaves() {
-        let blocks = node.children[lane].blocks().len();
-        let len: usize = lengths.by_ref().take(blocks).sum();
-        let all = around(&items[begin..begin + len]);
-        after[lane] = box_of(&all);
-        area += all.half_area() * blocks as f32;
-        begin += len;
-    }
-    if area > shares.areas[LEAVES] * WORTH {
-        return shares.areas[LEAVES];
-    }
-    *lanes = after;
-    let mut begin = 0;
-    let places = leaves().flat_map(|lane| node.children[lane].blocks());
-    for (place, len) in places.zip(groups.lengths()) {
-        let mut fresh = Tri4::EMPTY;
-        for lane in 0..BLOCK {
-            let from = items[begin + lane.min(len - 1)].tag as usize;
-            let (block, at) = (&lower.blocks[from / BLOCK], from % BLOCK);
-            fresh.prims[lane] = block.prims[at];
-            fresh.set_corners(lane, block.corners(at));
-        }
-        changes.push((place, fresh));
-        begin += len;
-    }
-    area
+}
+
+/// Half the areas of all lanes; 0 of unused ones.
+#[inline(always)]
+fn half_areas(bounds: &[[f32; WIDTH]; 6]) -> Areas {
+    std::array::from_fn(|lane| {
+        let side = |axis: usize| {
+            let extent = bounds[2 * axis + 1][lane] - bounds[2 * axis][lane];
+            if extent > 0.0 { extent } else { 0.0 }
+        };
+        let (x, y, z) = (side(0), side(1), side(2));
+        x * y + (y * z + z * x)
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::accel::test_meshes::{Random, bumpy_sphere, mesh, soup};
+    use super::Wear;
+    use crate::accel::test_meshes::{Random, bumpy_sphere, mesh};
     use crate::accel::{Refit, build_sah, validate};
     use crate::scene::Mesh;
     use glam::Vec3;
 
-    /// The triangles of a mesh, each gone one of four ways.
-    fn parted(whole: &Mesh, far: f32) -> Mesh {
-        let triangles = (0..whole.triangles.len() as u32).map(|prim| {
-            let way = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z][prim as usize % 4] * far;
-            whole.corners(prim).map(|p| p + way)
+    /// Small bodies that have flown so far, to and fro.
+    fn bodies(far: f32) -> Mesh {
+        let mut random = Random::new(8);
+        let body = bumpy_sphere(6, 8);
+        let places: Vec<(Vec3, Vec3)> = (0..150).map(|_| (random.vec(), random.vec())).collect();
+        let all = places.iter().flat_map(|(from, way)| {
+            let corners = (0..body.triangles.len() as u32).map(|prim| body.corners(prim));
+            corners.map(|corners| corners.map(|p| p * 0.05 + (*from * 2.0 + *way * far).map(f32::sin)))
         });
-        mesh(triangles)
+        mesh(all)
     }
 
     #[test]
-    fn what_parts_is_sorted_and_what_rests_is_left_alone() {
-        let whole = soup(&mut Random::new(Random::seed(8)), 6000, 0.02);
-        let mut refitted = build_sah(&whole).expect("memory");
-        let mut rotated = refitted.clone().in_level_order().expect("memory");
-        let mut best = Vec::new();
+    fn bodies_that_part_are_sorted_and_what_rests_is_left_alone() {
+        let mut refitted = build_sah(&bodies(0.0)).expect("memory");
+        let mut rotated = refitted.clone();
+        let mut wear = Wear::default();
         let built = refitted.sah_cost();
-        for far in [0.0, 0.5, 1.0, 2.0, 4.0, 4.0, 4.0] {
-            let moved = parted(&whole, far);
+        let (mut worst, mut last) = (0.0f64, 0.0);
+        for frame in 0..40 {
+            let moved = bodies(frame as f32 * 0.1);
             assert_eq!(refitted.refit(&moved), Refit::Done);
             let before: Vec<u32> = rotated.blocks().iter().flat_map(|b| b.prims).collect();
-            let cost = rotated.rotate(&moved, &mut best).expect("the same triangles");
-            validate(&rotated, &moved).unwrap_or_else(|e| panic!("{far} apart: {e}"));
-            assert!((cost - rotated.sah_cost()).abs() < 1e-4 * cost, "{far} apart: {cost}, {}", rotated.sah_cost());
+            let cost = rotated.rotate(&moved, &mut wear).expect("the same triangles");
+            validate(&rotated, &moved).unwrap_or_else(|e| panic!("frame {frame}: {e}"));
+            assert!((cost - rotated.sah_cost()).abs() < 1e-4 * cost, "frame {frame}: {cost}, {}", rotated.sah_cost());
             let after: Vec<u32> = rotated.blocks().iter().flat_map(|b| b.prims).collect();
-            if far == 0.0 {
+            if frame == 0 {
                 assert!((cost - built).abs() < 1e-4 * built && before == after, "nothing moved");
             }
+            let fresh = build_sah(&moved).expect("memory").sah_cost();
+            worst = worst.max(cost / fresh);
+            last = fresh;
         }
-        let (with, without) = (rotated.sah_cost(), refitted.sah_cost());
-        assert!(with < 0.3 * without, "{with} with rotations, {without} without, {built} at first");
+        let without = refitted.sah_cost() / last;
+        assert!(worst < 1.5 && without > 4.0, "{worst} of a fresh tree with rotations, {without} without");
     }
 
     #[test]
@@ -369,8 +347,8 @@ mod tests {
         let mut moved = bumpy_sphere(9, 12);
         let at = moved.positions[5];
         moved.positions[5] = Vec3::NAN;
-        let mut tree = build_sah(&moved).and_then(|t| t.in_level_order()).expect("memory");
-        let mut best = Vec::new();
+        let mut tree = build_sah(&moved).expect("memory");
+        let mut best = Wear::default();
         assert!(tree.rotate(&moved, &mut best).is_some());
         moved.positions[7] = Vec3::NAN;
         assert!(tree.rotate(&moved, &mut best).is_some());

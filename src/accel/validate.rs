@@ -38,6 +38,12 @@ pub fn validate(bvh: &Bvh, mesh: &Mesh) -> Result<(), String> {
         for lane in 0..node.child_count() {
             let child = node.children[lane];
             if !child.is_leaf() {
+                if child.index() <= index {
+                    return Err(format!(
+                        "node {index} has the child {}, which should have a higher number",
+                        child.index()
+                    ));
+                }
                 stack.push((child.index(), depth + 1, node.child_bounds(lane)));
                 continue;
             }
@@ -78,29 +84,10 @@ pub fn validate(bvh: &Bvh, mesh: &Mesh) -> Result<(), String> {
             }
         }
     }
-    check_levels(bvh)?;
     match (0..count as u32).find(|&prim| usable(prim) && !seen[prim as usize]) {
         Some(prim) => Err(format!("triangle {prim} is usable but not in the tree")),
         None => Ok(()),
     }
-}
-
-/// Of a tree in level order, children are in the level below their parent's.
-fn check_levels(bvh: &Bvh) -> Result<(), String> {
-    let borders = bvh.levels.iter().copied().chain([bvh.nodes().len()]);
-    let ends: Vec<usize> = borders.skip(1).collect();
-    for (level, (&begin, &end)) in bvh.levels.iter().zip(&ends).enumerate() {
-        for (index, node) in (begin..end).zip(&bvh.nodes()[begin..end]) {
-            let below = end..ends.get(level + 1).copied().unwrap_or(end);
-            if let Some(child) = node.children.iter().find(|c| !c.is_leaf() && !below.contains(&c.index())) {
-                return Err(format!(
-                    "node {index} of level {level} has the child {}, not one of {below:?}",
-                    child.index()
-                ));
-            }
-        }
-    }
-    Ok(())
 }
 
 fn check_unused_lanes(node: &Node8) -> Result<(), usize> {
