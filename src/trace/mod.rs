@@ -18,6 +18,7 @@ mod packet_object;
 mod packet_query;
 mod packet_scene;
 mod packet_triangles;
+mod shells;
 mod stack;
 mod tracer;
 mod traverse_bsp;

@@ -8,9 +8,9 @@
 //! Mrays/s. Runs of 1024 to 4096 are alike. Sorting by the longest axis as well, within runs of 4096, made bounces 5 to 15 % slower: it tears
 //! neighbours apart. Rays come in by transposing eight at a time: a tenth of a camera ray's instructions less than number by number.
 
-use super::kernels::Shells;
 use super::packet::RAYS;
 use super::packet_scene::{Scratch, traverse};
+use super::shells::Shells;
 use super::tracer::is_usual;
 use super::{Hit, Kernels, Ray};
 use crate::accel::TwoLevel;

@@ -1,11 +1,11 @@
 //! A packet of rays through the 8-wide tree of one object.
 
 use super::Hit;
-use super::kernels::Shells;
 use super::one_ray::InPacket;
 use super::packet::{Found, GROUPS, LANES, Packet};
 use super::packet_boxes::Slabs;
 use super::packet_triangles::intersect_leaf;
+use super::shells::Shells;
 use super::traverse_bvh::traverse_below;
 use super::traverse_packet::{Leaves, traverse_packet};
 use crate::accel::{Bvh, ChildRef};

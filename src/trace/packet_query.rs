@@ -4,9 +4,9 @@
 //! batch of single rays ([`super::packet_batch`]) sorts by octant is here split by octant on the way through the trees, so the
 //! directions of a packet should mostly have the same signs.
 
-use super::kernels::Shells;
 use super::packet::{LANES, Packet, RAYS, Rows};
 use super::packet_scene::{Scratch, traverse};
+use super::shells::Shells;
 use super::tracer::WORTH_A_PACKET;
 use super::{Hit, Kernels, Ray, Tracer};
 use crate::accel::TwoLevel;

@@ -5,9 +5,9 @@
 //! object's own box, split where the signs of their directions differ now, and go on as a packet.
 //! With the BSP as top level each ray goes alone: its cells cut a packet into pieces, each with an interval per ray.
 
-use super::kernels::Shells;
 use super::packet::{Found, GROUPS, LANES, Packet, Rows, groups};
 use super::packet_boxes::{Slabs, enters_box};
+use super::shells::Shells;
 use super::traverse_packet::{Leaves, traverse_packet};
 use super::{Hit, Kernels, PreparedRay, traverse_bsp, traverse_field, traverse_grid, traverse_lazy, traverse_scene};
 use crate::accel::{ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh, TwoLevel};

@@ -8,9 +8,9 @@
 //!
 //! The dense test permutes the axes of all 8 rays alike, so it is run for each axis on which some of them are longest.
 
-use super::kernels::Shells;
 use super::one_ray::InPacket;
 use super::packet::{Found, LANES, Packet, groups, groups_of, splat3};
+use super::shells::Shells;
 use super::triangle4::{RayLanes, edges4};
 use super::{Hit, SLAB_PAD, triangle};
 use crate::accel::{BLOCK, Tri4, least_area, triangle_bounds};

@@ -17,8 +17,8 @@
 //! the stack (-3 to -10 %), prefetching the line of the references (±2 %), leaving the children
 //! unsorted when any hit will do (within the noise). What helped: huge pages (+10 to +15 %).
 
-use super::kernels::Shells;
 use super::one_ray::OneRay;
+use super::shells::Shells;
 use super::stack::{STACK, Stack, pop, push};
 use super::traverse_packet::Nodes;
 use super::triangle4::{RayLanes, edges4};

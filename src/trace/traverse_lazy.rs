@@ -10,11 +10,11 @@
 //! *Tried*: every segment entered by a call. Bounds of the packet and of its best distances are then made again in each, and a ray per pixel on nine bodies took
 //! a fifth longer (`cargo bench --bench papers -- larsson1`, 1x1).
 
-use super::kernels::Shells;
 use super::one_ray::{InPacket, OneRay};
 use super::packet::{Found, GROUPS, LANES, Packet};
 use super::packet_boxes::Slabs;
 use super::packet_triangles::intersect_leaf;
+use super::shells::Shells;
 use super::traverse_bvh::{Lead, SlabLanes, Tree, descend};
 use super::traverse_packet::{Leaves, Nodes, traverse_packet};
 use super::triangle4::RayLanes;

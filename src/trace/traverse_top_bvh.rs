@@ -8,7 +8,7 @@
 //!
 //! Each instance is in one leaf, so there is no mailbox.
 
-use super::kernels::Shells;
+use super::shells::Shells;
 use super::stack::{STACK, Stack, pop, push};
 use super::traverse_scene::{SceneRay, transform};
 use super::{Hit, PreparedRay, SLAB_PAD, traverse_bsp, traverse_field, traverse_grid, traverse_lazy};
