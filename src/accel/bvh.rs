@@ -29,6 +29,7 @@ pub const MAX_DEPTH: usize = 64;
 
 /// What a node's lane points to, in 32 bits: a node, a leaf (first block and number of blocks), or nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
 pub struct ChildRef(u32);
 
 impl ChildRef {

@@ -21,6 +21,8 @@ mod wide;
 
 #[cfg(target_arch = "x86_64")]
 mod x86;
+#[cfg(target_arch = "x86_64")]
+mod x86_eight;
 
 pub use dispatch::{Kernel, run};
 pub use level::Level;

@@ -2,6 +2,7 @@
 
 use super::skip::skipped;
 use super::{Eight, Isa, Level, Scalar, Vector};
+use std::mem::MaybeUninit;
 
 /// Signed zeros, denormals, infinities, NaN and neighbours; products and sums of these round in every way.
 const VALUES: [f32; 16] = [
@@ -64,8 +65,8 @@ unsafe fn all<V: Vector<Array = [f32; N]>, const N: usize>(a: [f32; N], b: [f32;
 
 type OfFour = ([[u32; 4]; 11], [u32; 2]);
 type OfEight = ([[u32; 8]; 11], [u32; 2]);
-/// Eight rows transposed, and the least and the greatest of a row.
-type Shuffled = ([[u32; 8]; 8], [u32; 2]);
+/// Eight rows transposed; the least and the greatest of a row; which of a row are not above another's, and the nearest; these packed, and how many.
+type Shuffled = ([[u32; 8]; 8], [u32; 2], (u32, usize), (Vec<u64>, usize));
 
 /// # Safety
 /// - The processor has the instruction set `I`.
@@ -95,7 +96,14 @@ unsafe fn shuffled<V: Eight>(a: [f32; 8], b: [f32; 8]) -> Shuffled {
         }
         // Without NaN, and with one zero.
         let row = V::load(&b.map(|x| if x.is_nan() || x == 0.0 { 0.25 } else { x }));
-        (columns, [row.least().to_bits(), row.greatest().to_bits()])
+        let distances = V::load(&b.map(|x| if x.is_nan() { 0.25 } else { x.abs() }));
+        let (mask, nearest) = distances.nearest_le(V::load(&a));
+        // Behind those of the mask there may be anything.
+        let mut words = [const { MaybeUninit::uninit() }; 8];
+        distances.pack_words(&[10, 11, 12, 13, 14, 15, 16, 17], mask, &mut words);
+        let count = mask.count_ones() as usize;
+        let packed = words[..count].iter().map(|word| word.assume_init()).collect();
+        (columns, [row.least().to_bits(), row.greatest().to_bits()], (mask, nearest), (packed, count))
     }
 }
 
@@ -177,10 +185,27 @@ fn scalar_rows_become_columns() {
     let a = std::array::from_fn(|i| i as f32);
     let b = std::array::from_fn(|i| (10 + i) as f32);
     // SAFETY: every processor has the scalar set.
-    let (columns, ends) = unsafe { shuffled::<<Scalar as Isa>::F8>(a, b) };
+    let (columns, ends, ..) = unsafe { shuffled::<<Scalar as Isa>::F8>(a, b) };
     for (i, column) in columns.into_iter().enumerate() {
         let expected = std::array::from_fn(|k| ((i + k) % 8 + 10 * (k % 2)) as f32);
         assert_eq!(column, bits(expected), "column {i}");
     }
     assert_eq!(ends.map(f32::from_bits), [10.0, 17.0]);
+}
+
+#[test]
+fn the_nearest_is_found_and_words_are_packed_in_order() {
+    type V = <Scalar as Isa>::F8;
+    let distances = [5.0, 2.0, f32::INFINITY, 1.5, 0.0, 9.0, 1.5, 3.0];
+    // SAFETY: every processor has the scalar set.
+    unsafe {
+        let v = V::load(&distances);
+        assert_eq!(v.nearest_le(V::splat(4.0)), (0b1101_1010, 4));
+        assert_eq!(v.nearest_le(V::load(&[9.0, 9.0, 9.0, 9.0, -1.0, 9.0, 9.0, 9.0])), (0b1110_1011, 3));
+        assert_eq!(v.nearest_le(V::splat(-1.0)).0, 0);
+        let mut words = [const { MaybeUninit::uninit() }; 8];
+        v.pack_words(&[0, 1, 2, 3, 4, 5, 6, 7], 0b1000_0101, &mut words);
+        let word = |lane: usize| u64::from(distances[lane].to_bits()) << 32 | lane as u64;
+        assert_eq!([0, 1, 2].map(|i| words[i].assume_init()), [0, 2, 7].map(word));
+    }
 }

@@ -1,5 +1,7 @@
 //! What a kernel may ask of a vector.
 
+use std::mem::MaybeUninit;
+
 /// An instruction set: its 4-wide vector (triangle blocks) and its 8-wide one (nodes).
 pub trait Isa: Copy {
     type F4: Vector<Array = [f32; 4]>;
@@ -67,6 +69,38 @@ pub trait Eight: Vector<Array = [f32; 8]> {
         // SAFETY: the caller's promise.
         unsafe { self.store(&mut lanes) };
         lanes.into_iter().fold(f32::NEG_INFINITY, |most, lane| if lane > most { lane } else { most })
+    }
+
+    /// The lanes where `self <= limit`, a bit each, and the one of them with the least of `self` by its highest 16 bits; any lane if there is none.
+    /// No lane of `self` that is `<= limit` has its sign bit set.
+    #[inline(always)]
+    unsafe fn nearest_le(self, limit: Self) -> (u32, usize) {
+        let mut lanes = [0.0f32; 8];
+        // SAFETY: the caller's promise.
+        let mask = unsafe {
+            self.store(&mut lanes);
+            self.le(limit)
+        };
+        let mut least = u32::MAX;
+        for (i, lane) in (0..8).zip(lanes) {
+            let key = if mask >> i & 1 == 1 { lane.to_bits() >> 16 } else { 0xffff };
+            least = least.min(key << 3 | i);
+        }
+        (mask, (least & 7) as usize)
+    }
+
+    /// Writes the lanes in `mask`, in order, to the front of `to`, as words of 64 bits: the lane's own bits above `low[lane]`.
+    /// What lies behind them becomes anything.
+    #[inline(always)]
+    unsafe fn pack_words(self, low: &[u32; 8], mask: u32, to: &mut [MaybeUninit<u64>; 8]) {
+        let mut lanes = [0.0f32; 8];
+        // SAFETY: the caller's promise.
+        unsafe { self.store(&mut lanes) };
+        let mut next = 0;
+        for i in 0..8 {
+            to[next & 7].write(u64::from(lanes[i].to_bits()) << 32 | u64::from(low[i]));
+            next += (mask >> i & 1) as usize;
+        }
     }
 
     /// Lane `i` of row `k` becomes lane `k` of row `i`.

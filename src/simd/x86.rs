@@ -2,7 +2,7 @@
 //!
 //! The 4-wide vector is an SSE register everywhere; the 8-wide one is two of them on SSE4.1.
 
-use super::{Eight, Isa, Vector};
+use super::{Isa, Vector};
 use core::arch::x86_64::*;
 
 /// 128-bit registers.
@@ -33,13 +33,13 @@ impl Isa for Avx512 {
 #[derive(Clone, Copy, Debug)]
 pub struct Sse4(__m128);
 #[derive(Clone, Copy, Debug)]
-pub struct Sse8(__m128, __m128);
+pub struct Sse8(pub(super) __m128, pub(super) __m128);
 #[derive(Clone, Copy, Debug)]
-pub struct Avx8(__m256);
+pub struct Avx8(pub(super) __m256);
 #[derive(Clone, Copy, Debug)]
 pub struct Mask4(__m128);
 #[derive(Clone, Copy, Debug)]
-pub struct Mask8(__m256);
+pub struct Mask8(pub(super) __m256);
 
 /// Bits 0 to 3 of `mask` as the signs of four lanes: SSE has no shift by lane, but a multiplication does.
 ///
@@ -334,71 +334,3 @@ impl Vector for Sse8 {
         }
     }
 }
-
-impl Eight for Sse8 {}
-
-/// The vectors of eight lanes that are one register.
-macro_rules! eight {
-    ($vector:ident) => {
-        impl Eight for $vector {
-            #[inline(always)]
-            unsafe fn least(self) -> f32 {
-                // SAFETY: the caller has the instruction set (rule of the trait).
-                unsafe {
-                    let four = _mm_min_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
-                    let two = _mm_min_ps(four, _mm_movehl_ps(four, four));
-                    _mm_cvtss_f32(_mm_min_ss(two, _mm_movehdup_ps(two)))
-                }
-            }
-
-            #[inline(always)]
-            unsafe fn greatest(self) -> f32 {
-                // SAFETY: as above.
-                unsafe {
-                    let four = _mm_max_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
-                    let two = _mm_max_ps(four, _mm_movehl_ps(four, four));
-                    _mm_cvtss_f32(_mm_max_ss(two, _mm_movehdup_ps(two)))
-                }
-            }
-
-            #[inline(always)]
-            unsafe fn transpose([a, b, c, d, e, f, g, h]: [Self; 8]) -> [Self; 8] {
-                // SAFETY: as above.
-                unsafe {
-                    // Pairs of rows, then fours, in each half of 128 bits; then the halves.
-                    let (ab, ab_high) = (_mm256_unpacklo_ps(a.0, b.0), _mm256_unpackhi_ps(a.0, b.0));
-                    let (cd, cd_high) = (_mm256_unpacklo_ps(c.0, d.0), _mm256_unpackhi_ps(c.0, d.0));
-                    let (ef, ef_high) = (_mm256_unpacklo_ps(e.0, f.0), _mm256_unpackhi_ps(e.0, f.0));
-                    let (gh, gh_high) = (_mm256_unpacklo_ps(g.0, h.0), _mm256_unpackhi_ps(g.0, h.0));
-                    const LOW: i32 = 0b01_00_01_00;
-                    const HIGH: i32 = 0b11_10_11_10;
-                    let front = [
-                        _mm256_shuffle_ps::<LOW>(ab, cd),
-                        _mm256_shuffle_ps::<HIGH>(ab, cd),
-                        _mm256_shuffle_ps::<LOW>(ab_high, cd_high),
-                        _mm256_shuffle_ps::<HIGH>(ab_high, cd_high),
-                    ];
-                    let back = [
-                        _mm256_shuffle_ps::<LOW>(ef, gh),
-                        _mm256_shuffle_ps::<HIGH>(ef, gh),
-                        _mm256_shuffle_ps::<LOW>(ef_high, gh_high),
-                        _mm256_shuffle_ps::<HIGH>(ef_high, gh_high),
-                    ];
-                    [
-                        $vector(_mm256_permute2f128_ps::<0x20>(front[0], back[0])),
-                        $vector(_mm256_permute2f128_ps::<0x20>(front[1], back[1])),
-                        $vector(_mm256_permute2f128_ps::<0x20>(front[2], back[2])),
-                        $vector(_mm256_permute2f128_ps::<0x20>(front[3], back[3])),
-                        $vector(_mm256_permute2f128_ps::<0x31>(front[0], back[0])),
-                        $vector(_mm256_permute2f128_ps::<0x31>(front[1], back[1])),
-                        $vector(_mm256_permute2f128_ps::<0x31>(front[2], back[2])),
-                        $vector(_mm256_permute2f128_ps::<0x31>(front[3], back[3])),
-                    ]
-                }
-            }
-        }
-    };
-}
-
-eight!(Avx8);
-eight!(Mask8);

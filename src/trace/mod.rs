@@ -30,6 +30,7 @@ mod traverse_packet;
 mod traverse_scene;
 mod traverse_top_bvh;
 mod triangle4;
+mod turns;
 
 pub use hit::Hit;
 pub use kernels::Kernels;
@@ -39,3 +40,5 @@ pub use tracer::Tracer;
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod turns_tests;

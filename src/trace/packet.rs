@@ -6,6 +6,7 @@
 
 use super::packet_query::RayPacket;
 use super::tracer::USUAL_LENGTH;
+use super::turns::Habits;
 use super::{Hit, PreparedRay, Ray, ray::MIN_DIRECTION};
 use crate::accel::MAX_COORDINATE;
 use crate::simd::{Eight, Isa, Vector, bits};
@@ -37,7 +38,8 @@ pub(super) struct Packet {
     pub usable: u64,
 }
 
-/// What the rays of a packet have found, in all spaces alike.
+/// What the rays of a packet have found, in all spaces alike, and what is kept from packet to packet.
+#[derive(Clone)]
 #[repr(C, align(64))]
 pub(super) struct Found {
     /// Distance of the best hit, at first the ray's `tmax`.
@@ -46,11 +48,13 @@ pub(super) struct Found {
     pub hits: [Hit; RAYS],
     /// The rays that are still searching. A ray looking for any hit leaves when it has one.
     pub open: u64,
+    /// Of packets whose directions are much alike, and of others.
+    pub habits: [Habits; 2],
 }
 
 impl Found {
     pub(super) fn new() -> Self {
-        Self { t: [[0.0; LANES]; GROUPS], hits: [Hit::none(0.0); RAYS], open: 0 }
+        Self { t: [[0.0; LANES]; GROUPS], hits: [Hit::none(0.0); RAYS], open: 0, habits: [Habits::default(); 2] }
     }
 }
 

@@ -8,8 +8,9 @@ use super::packet_triangles::intersect_leaf;
 use super::shells::Shells;
 use super::traverse_bvh::traverse_below;
 use super::traverse_packet::{Leaves, traverse_packet};
+use super::turns::differ_much;
 use crate::accel::{Bvh, ChildRef};
-use crate::simd::prefetch;
+use crate::simd::{bits, prefetch};
 
 /// The triangles of one object, as seen by a packet in its space.
 struct Triangles<'a, const ANY: bool> {
@@ -17,6 +18,8 @@ struct Triangles<'a, const ANY: bool> {
     packet: &'a Packet,
     object: u32,
     instance: u32,
+    /// Whether the directions of the rays that are on their way differ much.
+    differ: bool,
 }
 
 /// Looks for hits of the rays of `packet` that are in `mask`, by the contract of [`super::Kernels::intersect`], or with `ANY` of
@@ -37,7 +40,7 @@ pub(super) unsafe fn traverse_object<I: Shells, const ANY: bool>(
         return;
     }
     let slabs = Slabs { near_org: &packet.org, far_org: &packet.org, inv_dir: &packet.inv_dir, tmin: &packet.tmin };
-    let mut triangles = Triangles::<ANY> { bvh, packet, object, instance };
+    let mut triangles = Triangles::<ANY> { bvh, packet, object, instance, differ: false };
     // SAFETY: the caller's promise; a `Bvh` that is not empty is a tree (its invariants, checked on construction).
     unsafe {
         traverse_packet::<I, _>(bvh.nodes(), ChildRef::ROOT, &slabs, &packet.negative, mask, &mut triangles, found)
@@ -49,7 +52,7 @@ impl<I: Shells, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
 
     #[inline(always)]
     unsafe fn test(&mut self, leaf: ChildRef, mask: u64, down: [bool; 3], found: &mut Found) -> bool {
-        let Self { bvh, packet, object, instance } = *self;
+        let Self { bvh, packet, object, instance, .. } = *self;
         // SAFETY: the caller's promise; the leaf is a run of the tree's own blocks.
         unsafe {
             let run = bvh.blocks().get_unchecked(leaf.blocks());
@@ -67,8 +70,29 @@ impl<I: Shells, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
     }
 
     #[inline(always)]
+    unsafe fn apart(&mut self, mask: u64, down: [bool; 3], found: &mut Found) -> bool {
+        let Self { bvh, packet, object, instance, .. } = *self;
+        // SAFETY: the caller's promise; a tree that is walked is not empty.
+        unsafe {
+            self.differ = differ_much::<I>(packet, mask);
+            if !found.habits[usize::from(self.differ)].are_to_part() {
+                return false;
+            }
+            for r in bits(I::turns::<ANY>(bvh, packet, mask, down, (object, instance), found)) {
+                <Self as Leaves<I>>::alone(self, ChildRef::ROOT, r, found);
+            }
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn went_alone(&mut self, rays: u32, alone: u32, found: &mut Found) {
+        found.habits[usize::from(self.differ)].saw(rays, alone);
+    }
+
+    #[inline(always)]
     unsafe fn alone(&mut self, child: ChildRef, r: usize, found: &mut Found) {
-        let Self { bvh, packet, object, instance } = *self;
+        let Self { bvh, packet, object, instance, .. } = *self;
         let t = &mut found.t[r / LANES % GROUPS][r % LANES];
         let tmax = *t;
         // SAFETY: the caller's promise.

@@ -13,6 +13,7 @@ use super::packet_scene::Scratch;
 use super::traverse_bvh::traverse;
 use super::traverse_lazy::{self, View};
 use super::triangle4::{Edges, resolve};
+use super::turns::take_turns;
 use super::{Hit, PreparedRay, Ray, traverse_top_bvh};
 use crate::accel::{Bvh, ChildRef, LazyBvh, TopLevelBvh, Tri4, TwoLevel};
 use crate::simd::{Isa, Level, Scalar};
@@ -45,6 +46,19 @@ pub(super) trait Shells: Isa {
     /// # Safety
     /// - The processor has the instruction set.
     unsafe fn packet<const ANY: bool>(bvh: &Bvh, packet: &Packet, mask: u64, numbers: (u32, u32), found: &mut Found);
+
+    /// The rays of a packet through one object, each on its own way: see [`take_turns`].
+    ///
+    /// # Safety
+    /// - The processor has the instruction set; the tree is not empty.
+    unsafe fn turns<const ANY: bool>(
+        bvh: &Bvh,
+        packet: &Packet,
+        mask: u64,
+        down: [bool; 3],
+        numbers: (u32, u32),
+        found: &mut Found,
+    ) -> u64;
 
     /// One ray through a lazy tree, from a child down: see [`traverse_lazy::below`].
     ///
@@ -232,6 +246,22 @@ macro_rules! shells {
                 unsafe { traverse_object::<$isa, ANY>(bvh, packet, mask, object, instance, found) }
             }
 
+            /// # Safety
+            /// - The processor has the features named; the tree is not empty.
+            $(#[target_feature(enable = $feature)])*
+            #[inline(never)]
+            unsafe fn turns_shell<const ANY: bool>(
+                bvh: &Bvh,
+                packet: &Packet,
+                mask: u64,
+                down: [bool; 3],
+                numbers: (u32, u32),
+                found: &mut Found,
+            ) -> u64 {
+                // SAFETY: the caller's promise.
+                unsafe { take_turns::<$isa, ANY>(bvh, packet, mask, down, numbers, found) }
+            }
+
             impl Shells for $isa {
                 #[inline(always)]
                 unsafe fn resolve<const ANY: bool, R: OneRay>(
@@ -267,6 +297,19 @@ macro_rules! shells {
                 ) {
                     // SAFETY: the caller's promise.
                     unsafe { object_shell::<ANY>(bvh, packet, mask, numbers, found) }
+                }
+
+                #[inline(always)]
+                unsafe fn turns<const ANY: bool>(
+                    bvh: &Bvh,
+                    packet: &Packet,
+                    mask: u64,
+                    down: [bool; 3],
+                    numbers: (u32, u32),
+                    found: &mut Found,
+                ) -> u64 {
+                    // SAFETY: the caller's promise.
+                    unsafe { turns_shell::<ANY>(bvh, packet, mask, down, numbers, found) }
                 }
 
                 #[inline(always)]

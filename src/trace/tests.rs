@@ -9,7 +9,7 @@ use crate::simd::skip::skipped;
 use glam::Vec3;
 
 /// Every kernel set that runs here; says which do not.
-fn kernels() -> Vec<Kernels> {
+pub(super) fn kernels() -> Vec<Kernels> {
     for level in Level::ALL.into_iter().filter(|l| !l.is_available()) {
         skipped(format_args!("level {} (this processor does not have it)", level.name()));
     }
@@ -30,7 +30,7 @@ fn brute_force(mesh: &Mesh, ray: &PreparedRay) -> Hit {
 }
 
 /// Random, axis-parallel, aimed at corners, edges and planes, starting on the surface, short, unnormalised.
-fn rays(random: &mut Random, mesh: &Mesh, count: usize) -> Vec<Ray> {
+pub(super) fn rays(random: &mut Random, mesh: &Mesh, count: usize) -> Vec<Ray> {
     let scale =
         mesh.positions.iter().filter(|p| p.is_finite()).fold(0.0f32, |m, p| m.max(p.abs().max_element())).min(1e18);
     let scale = if scale > 0.0 { scale } else { 1.0 };

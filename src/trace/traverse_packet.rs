@@ -20,8 +20,7 @@
 //!
 //! Instructions per ray (cloth of 92,000 triangles): camera rays 480, shadow rays 630, diffuse bounces 1130, of which a quarter is spent in
 //! [`entering`]. To give bounces to the single-ray kernel from the root on takes as many instructions and is slower, more so on large meshes, where
-//! packets share what they fetch. Sixteen rays taking turns step by step, each on its own way, without a branch on what was hit
-//! (as in Kocberber, Falsafi, Grot, *Asynchronous Memory Access Chaining*, 2015), takes half as many again, and is 40 % slower.
+//! packets share what they fetch. Rays of packets that soon fall apart take turns instead ([`super::turns`]).
 
 use super::packet::{Found, groups_of};
 use super::packet_boxes::{Bounds, Slabs, best_range, entering, ray_by_ray, still_before};
@@ -86,6 +85,19 @@ pub(super) trait Leaves<I: Isa> {
     /// - The processor has the instruction set `I`; `child` is of the tree.
     unsafe fn alone(&mut self, child: ChildRef, r: usize, found: &mut Found);
 
+    /// Takes the rays of `mask`, of one octant, from the root down in another way than as a packet, if that seems better. Returns whether it did.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn apart(&mut self, _mask: u64, _down: [bool; 3], _found: &mut Found) -> bool {
+        false
+    }
+
+    /// Learns that of the so many rays of a packet one went on alone so many times.
+    #[inline(always)]
+    fn went_alone(&mut self, _rays: u32, _alone: u32, _found: &mut Found) {}
+
     /// Says that `child` will be visited soon.
     fn prefetch(&self, child: ChildRef);
 }
@@ -120,14 +132,15 @@ pub(super) unsafe fn traverse_packet<I: Isa, L: Leaves<I>>(
                 for r in bits(same) {
                     leaves.alone(root, r, found);
                 }
-            } else {
-                octant::<I, L>(nodes, root, slabs, same, down, leaves, found);
+            } else if !leaves.apart(same, down, found) {
+                let alone = octant::<I, L>(nodes, root, slabs, same, down, leaves, found);
+                leaves.went_alone(same.count_ones(), alone, found);
             }
         }
     }
 }
 
-/// The rays in `mask`, whose directions have the signs of `down`.
+/// The rays in `mask`, whose directions have the signs of `down`. Returns how many times one of them went on alone.
 ///
 /// # Safety
 /// - As [`traverse_packet`].
@@ -140,7 +153,8 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
     down: [bool; 3],
     leaves: &mut L,
     found: &mut Found,
-) {
+) -> u32 {
+    let mut alone = 0;
     let mut stack = [const { MaybeUninit::<Pending>::uninit() }; STACK];
     stack[0].write(Pending { rays: mask, enter: 0.0, child: root });
     let mut depth = 1usize;
@@ -172,6 +186,7 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
                 child = node;
             }
             if rays.count_ones() <= L::FEW {
+                alone += rays.count_ones();
                 for r in bits(rays) {
                     leaves.alone(child, r, found);
                 }
@@ -210,6 +225,7 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
             }
         }
     }
+    alone
 }
 
 /// Puts a child of the current node on the stack, below those of its siblings (from `base`) that are nearer.

@@ -1,0 +1,397 @@
+//! Rays that share nothing take turns in one 8-wide tree: a step of one, then a step of another.
+//!
+//! ```text
+//! turn: leaves → test the triangles of every ray that has come to a leaf
+//!       stacks → those that have finished a leaf, or hit no child, go back to what they left; new rays take the place of those at their end
+//!       nodes  → every ray at a node tests all children, goes to the nearest, and leaves the others on its stack
+//! ```
+//!
+//! The next node of one ray is known only when the boxes of this one have been tested: some forty cycles from address to address, or hundreds if
+//! it comes from memory, in which a processor that follows one ray has little else to do. And where it guesses, it often guesses wrong: whether a
+//! child is hit, and how many, is hard to foresee. So [`SLOTS`] rays go at the same time, as queries to an index do when they are
+//! interleaved by hand (Kocberber, Falsafi, Grot, *Asynchronous Memory Access Chaining*, 2015). What a ray needs next is prefetched, and the others
+//! take their steps until it has come. The step of a node has no branch on what was hit: the nearest child is found by a minimum over lanes, the
+//! others are packed to the stack in the order of their lanes, and a ray goes to one list or another by adding 0 or 1 to their lengths.
+//!
+//! Where the others are popped, the nearest of them is not always first. That costs visits, no hits (hits do not depend on the order).
+//!
+//! # Measured
+//!
+//! Diffuse bounces, one thread, against the better of one ray at a time and packets: small spheres 4.0 to 3.4 Mrays/s, soup of triangles 2.6 to 1.9,
+//! bumpy sphere 4.7 to 4.6; in instructions per ray 1930 to 1360, 3200 to 2100. With the order kept by sorting as for one ray (branches on how many
+//! children were hit) 3.6, 2.3, 4.5; with the second nearest on top of the stack, no better than that. Rows of planes known at compile time per
+//! octant give a tenth. Eight rays are slower (2.8 of 3.2 in the first version), prefetching two of the four lines of a node is for soups.
+//! An earlier attempt without prefetching was 40 % slower than packets.
+//!
+//! # When
+//!
+//! Rays that stay together are better off in a packet ([`super::traverse_packet`]), which shares what it fetches. Bounces in a soup do not, those
+//! from a cloth into the open do, and nothing seen beforehand tells one from the other. So it is measured: how many times a packet leaves a few
+//! rays to go on alone, per ray, tells all seven scenes of the bench apart (0.3 to 0.8 where packets are up to 1.6 times as fast, 1.0 where both are alike,
+//! 1.2 to 3.5 where turns are). [`Habits`] keeps that in mind for packets whose directions differ much and for those that do not.
+
+use super::packet::{Found, GROUPS, LANES, Packet, RAYS, groups, load3};
+use super::shells::Shells;
+use super::triangle4::{RayLanes, edges4};
+use super::{Hit, PreparedRay, SLAB_PAD};
+use crate::accel::{Bvh, ChildRef, Node8, Tri4, WIDTH};
+use crate::simd::{Eight, Isa, Vector, prefetch_at};
+use std::hint::select_unpredictable;
+use std::mem::{MaybeUninit, take};
+
+/// Rays at the same time: a power of two.
+const SLOTS: usize = 16;
+
+/// Children that a ray can leave behind. Deeper trees than those that all real ones are need more: such a ray starts over, alone. Few in unit tests, so that
+/// they see it happen.
+const STACK: usize = if cfg!(test) { 9 } else { 56 };
+
+/// Difference of the shares that an axis has in the directions of two rays of a packet, from which on they differ much.
+const APART: f32 = 0.5;
+
+/// So many times do the rays of a packet go on alone, on average, where taking turns is better.
+const OFTEN_ALONE: f32 = 1.1;
+
+/// One of so many packets is traced as a packet all the same, to see whether that has changed.
+const PROBE: u32 = 16;
+
+/// What packets were like lately: whatever they do next changes how long it takes, and no hit.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Habits {
+    /// How many times a ray went on alone, if that has been seen.
+    alone: Option<f32>,
+    packets: u32,
+}
+
+impl Habits {
+    /// Whether the rays of the next packet should take turns.
+    #[inline]
+    pub(super) fn are_to_part(&mut self) -> bool {
+        self.packets = self.packets.wrapping_add(1);
+        self.alone.is_some_and(|alone| alone > OFTEN_ALONE) && !self.packets.is_multiple_of(PROBE)
+    }
+
+    /// In a packet of `rays`, so many times one of them went on alone.
+    #[inline]
+    pub(super) fn saw(&mut self, rays: u32, alone: u32) {
+        let now = alone as f32 / rays as f32;
+        self.alone = Some(self.alone.map_or(now, |before| before + (now - before) * 0.25));
+    }
+}
+
+/// One ray on its way.
+#[repr(align(64))]
+struct Slot<I: Isa> {
+    org: [f32; 3],
+    tmin: f32,
+    /// Of opposite sign, as in `SlabLanes`.
+    neg_inv_dir: [f32; 3],
+    /// Distance of the best hit.
+    best: f32,
+    current: ChildRef,
+    /// Words on its stack.
+    depth: u32,
+    /// Number in the packet.
+    number: u32,
+    ray: PreparedRay,
+    lanes: RayLanes<I>,
+}
+
+/// Lists of slots. No slot is in two of them, so there is room in each.
+struct Lists {
+    at_node: [u32; SLOTS],
+    at_leaf: [u32; SLOTS],
+    /// Those that go back to their stack.
+    back: [u32; SLOTS],
+}
+
+/// Their lengths, which are to stay in registers.
+#[derive(Default)]
+struct Lengths {
+    at_node: usize,
+    at_leaf: usize,
+    back: usize,
+}
+
+/// Puts `slot` at the end of a list if `so` is 1 and not 0, without a branch.
+///
+/// # Safety
+/// - There is room for one more.
+#[inline(always)]
+unsafe fn push_if(list: &mut [u32; SLOTS], len: &mut usize, slot: u32, so: usize) {
+    // SAFETY: the caller's promise.
+    unsafe { *list.get_unchecked_mut(*len) = slot };
+    *len += so;
+}
+
+/// All rays on their way.
+struct Turns<'a, I: Isa> {
+    bvh: &'a Bvh,
+    slots: [MaybeUninit<Slot<I>>; SLOTS],
+    /// Distances above, children below; written eight at a time.
+    stacks: [[MaybeUninit<u64>; STACK + WIDTH]; SLOTS],
+    lists: Lists,
+    /// Rays whose stack was too small.
+    full: u64,
+}
+
+/// Keeps what happens rarely out of the way of the rest.
+#[cold]
+#[inline(never)]
+fn rarely() {}
+
+/// Whether the directions of the rays in `mask`, all of one octant, differ much.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+pub(super) unsafe fn differ_much<I: Isa>(packet: &Packet, mask: u64) -> bool {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let (infinity, zero) = (I::F8::splat(f32::INFINITY), I::F8::splat(0.0));
+        let (mut least, mut most) = ([infinity; 3], [zero; 3]);
+        for g in groups(mask) {
+            let here = (mask >> (LANES * g)) as u32;
+            let [x, y, z] = load3::<I>(&packet.dir, g);
+            let (x, y, z) = (x.abs(), y.abs(), z.abs());
+            let scale = I::F8::splat(1.0).div(x.add(y).add(z));
+            let shares = [x.mul(scale), y.mul(scale), z.mul(scale)];
+            for k in 0..3 {
+                least[k] = shares[k].select_bits(infinity, here).min(least[k]);
+                most[k] = shares[k].select_bits(zero, here).max(most[k]);
+            }
+        }
+        let apart = |k: usize| most[k].greatest() - least[k].least() > APART;
+        apart(0) || apart(1) || apart(2)
+    }
+}
+
+/// Looks for hits of the rays of `packet` in `mask`, whose directions have the signs of `down`, by the contract of
+/// `packet_object::traverse_object`. Returns the rays that have to be traced in another way.
+///
+/// # Safety
+/// - The processor has the instruction set `I`; the tree is not empty.
+#[inline(always)]
+pub(super) unsafe fn take_turns<I: Shells, const ANY: bool>(
+    bvh: &Bvh,
+    packet: &Packet,
+    mask: u64,
+    down: [bool; 3],
+    numbers: (u32, u32),
+    found: &mut Found,
+) -> u64 {
+    let mut turns = Turns::<I> {
+        bvh,
+        slots: [const { MaybeUninit::uninit() }; SLOTS],
+        stacks: [const { [const { MaybeUninit::uninit() }; STACK + WIDTH] }; SLOTS],
+        lists: Lists { at_node: [0; SLOTS], at_leaf: [0; SLOTS], back: [0; SLOTS] },
+        full: 0,
+    };
+    let mut rest = mask;
+    let mut ends = Lengths::default();
+    // SAFETY: the caller's promise. Slots are begun before they are put into a list.
+    unsafe {
+        for slot in 0..SLOTS as u32 {
+            if rest != 0 {
+                turns.begin(&mut ends, slot, packet, &mut rest, found);
+            }
+        }
+        let octant = usize::from(down[0]) | usize::from(down[1]) << 1 | usize::from(down[2]) << 2;
+        while ends.at_node + ends.at_leaf + ends.back > 0 {
+            match octant {
+                0 => turns.nodes::<0>(&mut ends),
+                1 => turns.nodes::<1>(&mut ends),
+                2 => turns.nodes::<2>(&mut ends),
+                3 => turns.nodes::<3>(&mut ends),
+                4 => turns.nodes::<4>(&mut ends),
+                5 => turns.nodes::<5>(&mut ends),
+                6 => turns.nodes::<6>(&mut ends),
+                _ => turns.nodes::<7>(&mut ends),
+            }
+            turns.leaves::<ANY>(&mut ends, numbers, found);
+            turns.stacks::<ANY>(&mut ends, packet, &mut rest, found);
+        }
+    }
+    turns.full
+}
+
+impl<I: Shells> Turns<'_, I> {
+    /// # Safety
+    /// - `slot` has begun.
+    #[inline(always)]
+    unsafe fn slot(&mut self, slot: u32) -> &mut Slot<I> {
+        // SAFETY: the caller's promise.
+        unsafe { self.slots.get_unchecked_mut(slot as usize).assume_init_mut() }
+    }
+
+    /// Puts the next ray of `rest` at the root.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`; `rest` is not empty.
+    #[inline(always)]
+    unsafe fn begin(&mut self, ends: &mut Lengths, slot: u32, packet: &Packet, rest: &mut u64, found: &Found) {
+        let number = rest.trailing_zeros() as usize % RAYS;
+        *rest &= *rest - 1;
+        let best = found.t[number / LANES % GROUPS][number % LANES];
+        let ray = packet.ray(number, best);
+        // SAFETY: the caller's promise.
+        let lanes = unsafe { RayLanes::<I>::new(&ray) };
+        self.slots[slot as usize].write(Slot {
+            org: ray.org.to_array(),
+            tmin: ray.tmin,
+            neg_inv_dir: (-ray.inv_dir).to_array(),
+            best,
+            current: ChildRef::node(0),
+            depth: 0,
+            number: number as u32,
+            ray,
+            lanes,
+        });
+        // SAFETY: the slot is in no list.
+        unsafe { push_if(&mut self.lists.at_node, &mut ends.at_node, slot, 1) };
+    }
+
+    /// Sends a slot to `child` where `so`, and has that fetched.
+    ///
+    /// # Safety
+    /// - `slot` has begun.
+    #[inline(always)]
+    unsafe fn send(&mut self, ends: &mut Lengths, slot: u32, child: ChildRef, so: bool) {
+        let so = usize::from(so);
+        let leaf = usize::from(child.is_leaf()) & so;
+        // SAFETY: the caller's promise.
+        unsafe {
+            self.slot(slot).current = child;
+            push_if(&mut self.lists.at_leaf, &mut ends.at_leaf, slot, leaf);
+            push_if(&mut self.lists.at_node, &mut ends.at_node, slot, so - leaf);
+        }
+        // Where nothing was hit the child is any of the node's, or none: an address all the same.
+        let node = (self.bvh.nodes().as_ptr().cast(), size_of::<Node8>());
+        let block = (self.bvh.blocks().as_ptr().cast(), size_of::<Tri4>());
+        let base: *const u8 = select_unpredictable(child.is_leaf(), block.0, node.0);
+        let size = select_unpredictable(child.is_leaf(), block.1, node.1);
+        // A node's four lines hold a block's three.
+        prefetch_at(base.wrapping_add(child.blocks().start * size).cast::<Node8>());
+    }
+
+    /// A step of every ray at a node. Bit `k` of `DOWN`: directions are negative along axis `k`.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn nodes<const DOWN: usize>(&mut self, ends: &mut Lengths) {
+        let near = [DOWN & 1, 2 + (DOWN >> 1 & 1), 4 + (DOWN >> 2 & 1)];
+        let count = take(&mut ends.at_node);
+        for i in 0..count {
+            // SAFETY: the caller's promise; a slot in a list has begun, and its node is one of the tree; on its stack is room for the words of eight children;
+            // a `ChildRef` is an u32.
+            unsafe {
+                // The list is written up to here at most.
+                let s = *self.lists.at_node.get_unchecked(i);
+                let node: &Node8 = {
+                    let current = self.slot(s).current;
+                    self.bvh.nodes().get_unchecked(current.index())
+                };
+                let slot = self.slot(s);
+                let (mut enter, mut exit) = (I::F8::splat(slot.tmin), I::F8::splat(slot.best));
+                for (k, near) in near.into_iter().enumerate() {
+                    let (org, inv) = (I::F8::splat(slot.org[k]), I::F8::splat(slot.neg_inv_dir[k]));
+                    enter = org.sub(I::F8::load(&node.bounds[near])).mul(inv).max(enter);
+                    exit = org.sub(I::F8::load(&node.bounds[near ^ 1])).mul(inv).min(exit);
+                }
+                let (mut mask, nearest) = enter.nearest_le(exit.mul(I::F8::splat(SLAB_PAD)));
+                let mut depth = slot.depth as usize;
+                if depth > STACK {
+                    // Nothing is lost of what it has found.
+                    rarely();
+                    let number = slot.number;
+                    self.full |= 1 << number;
+                    (mask, depth) = (0, 0);
+                }
+                let others = mask & !(1 << nearest);
+                let free = &mut *self
+                    .stacks
+                    .get_unchecked_mut(s as usize)
+                    .as_mut_ptr()
+                    .add(depth)
+                    .cast::<[MaybeUninit<u64>; WIDTH]>();
+                enter.pack_words(&*(&raw const node.children).cast::<[u32; WIDTH]>(), others, free);
+                self.slot(s).depth = depth as u32 + others.count_ones();
+                push_if(&mut self.lists.back, &mut ends.back, s, usize::from(mask == 0));
+                self.send(ends, s, *node.children.get_unchecked(nearest), mask != 0);
+            }
+        }
+    }
+
+    /// The triangles of every ray at a leaf, which then goes back.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn leaves<const ANY: bool>(&mut self, ends: &mut Lengths, numbers: (u32, u32), found: &mut Found) {
+        let count = take(&mut ends.at_leaf);
+        for i in 0..count {
+            let bvh = self.bvh;
+            // SAFETY: the caller's promise; a slot in a list has begun, and its leaf is one of the tree.
+            unsafe {
+                let s = *self.lists.at_leaf.get_unchecked(i);
+                push_if(&mut self.lists.back, &mut ends.back, s, 1);
+                let slot = self.slot(s);
+                let number = slot.number as usize % RAYS;
+                for block in bvh.blocks().get_unchecked(slot.current.blocks()) {
+                    let Some((candidates, edges)) = edges4(&slot.lanes, block) else { continue };
+                    if ANY {
+                        let none = &mut Hit::none(slot.best);
+                        if I::resolve::<true, _>(&slot.ray, block, candidates, &edges, numbers, none) {
+                            found.open &= !(1 << number);
+                            slot.depth = 0;
+                            break;
+                        }
+                    } else if I::resolve::<false, _>(
+                        &slot.ray,
+                        block,
+                        candidates,
+                        &edges,
+                        numbers,
+                        &mut found.hits[number],
+                    ) {
+                        slot.best = found.hits[number].t;
+                        found.t[number / LANES][number % LANES] = slot.best;
+                    }
+                }
+            }
+        }
+    }
+
+    /// What every ray that goes back has left. Slots whose ray has nothing left take the next one of `rest`.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn stacks<const ANY: bool>(&mut self, ends: &mut Lengths, packet: &Packet, rest: &mut u64, found: &Found) {
+        let count = take(&mut ends.back);
+        for i in 0..count {
+            // SAFETY: the caller's promise; a slot in a list has begun, and what is below `depth` was written.
+            unsafe {
+                let s = *self.lists.back.get_unchecked(i);
+                let slot = self.slot(s);
+                let (limit, mut depth) = (slot.best * SLAB_PAD, slot.depth as usize);
+                loop {
+                    if depth == 0 {
+                        if *rest != 0 {
+                            self.begin(ends, s, packet, rest, found);
+                        }
+                        break;
+                    }
+                    depth -= 1;
+                    let word = self.stacks.get_unchecked(s as usize).get_unchecked(depth).assume_init();
+                    if ANY || f32::from_bits((word >> 32) as u32) <= limit {
+                        self.slot(s).depth = depth as u32;
+                        self.send(ends, s, ChildRef::from_bits(word as u32), true);
+                        break;
+                    }
+                }
+            }
+        }
+    }
+}
