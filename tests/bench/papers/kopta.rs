@@ -17,7 +17,7 @@
 //! *Where it falls short, and why* (quick runs). Rotations without builds cost 1.1 to 1.46 times a refit, and the spheres need no build, 1.42 times (before trees were
 //! taken apart where they are worn: 5.2). With the builds it is 3.1 to 4.2 times where most frames build: in the soup every triangle flies by itself, no part of
 //! a tree is worth keeping, and a build is all that helps (a frame is 47 times as fast for it); the burst body is 30 % costlier after one frame and 50 % after
-//! two, by tumbling of its triangles alone, which no order cures; the walking figure has six frames in a quick run, and falls apart within one. There refit alone is
+//! two, as every triangle tumbles, which sorting a tenth of them does not cure, only a build; the walking figure has six frames in a quick run, and falls apart within one. There refit alone is
 //! faster in total, as 1.6 million triangles are built for 77,000 pixels: the strategy knows the tree's cost but not the number of rays. The spheres: 8.5 times
 //! the frame rate of refit by frame 20, in small pictures; tracing the best tree alone would be about 10.
 
