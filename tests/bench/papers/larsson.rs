@@ -16,9 +16,9 @@
 //! not become as much faster: at 10x10 the paper's refit takes 4.5 times as long as its rays, ours 2.5 times; at 5x5 it is 1.2 and 0.9. So with
 //! the paper's own savings (update 17 times cheaper, a fifth to a third of the refit made up for by rays) our ratios would be 2.2 and 1.4.
 //!
-//! * *Update*, 9 times cheaper: 1.0 ms for 450,000 listed vertices (the 369,000 of the bodies, some in several subtrees), 2.2 ns each. 17 times would be 0.55 ms, 1.2 ns or 4
-//!   cycles for a vertex in the third cache that is found by number: two loads and a prefetch, minimum and maximum take 12 instructions. Larger subtrees share fewer vertices, 12
-//!   times with 4096, and are touched more (56% instead of 33% at 10x10).
+//! * *Update*, 9 to 12 times cheaper: 0.9 to 1.1 ms for 450,000 listed vertices (the 369,000 of the bodies, some in several subtrees), 2 ns each. 17 times would be 0.6 ms, 4 to 5
+//!   cycles for a vertex in the third cache that is found by number: two loads and a prefetch, minimum and maximum take 12 instructions. Larger subtrees share fewer
+//!   vertices, and are touched more (56% of those of 4096 instead of 33% at 10x10).
 //! * *What rays update*: they reach 45% of the subtrees at 5x5 and 33% at 10x10, and 8 ns per triangle there makes 2.5 and 2.1 ms. If that cost nothing the ratios would
 //!   be what the verdict says, 1.5 and 2.6: just the goals, which with rays and updates as they are no way of doing this work can reach.
 //! * *Rays* gather corners where a refit has laid them out, which costs them a seventh; to lay them out for all that is touched costs more (`accel/lazy_write`).
