@@ -146,6 +146,10 @@ impl Bvh {
         });
         let sum = self.sweep(wear);
         let sum = self.improve(wear, sum);
+        if self.depth() > MAX_DEPTH {
+            // Parts that are each within bounds need not be so on top of each other.
+            return None;
+        }
         let cost = self.cost_of(sum);
         wear.calm = wear.calm.min(cost);
         let grown = self.blocks.len() > wear.blocks + wear.blocks / MORE_BLOCKS + 64 || self.depth() > DEEP;
