@@ -54,7 +54,7 @@ pub(super) struct Found {
 
 impl Found {
     pub(super) fn new() -> Self {
-        Self { t: [[0.0; LANES]; GROUPS], hits: [Hit::none(0.0); RAYS], open: 0, habits: [Habits::default(); 2] }
+        Self { t: [[0.0; LANES]; GROUPS], hits: [Hit::none(0.0); RAYS], open: 0, habits: [Habits::NONE; 2] }
     }
 }
 

@@ -55,27 +55,32 @@ const OFTEN_ALONE: f32 = 1.1;
 /// One of so many packets is traced as a packet all the same, to see whether that has changed.
 const PROBE: u32 = 16;
 
+/// Packets whose mean counts, about.
+const REMEMBERED: f32 = 16.0;
+
 /// What packets were like lately: whatever they do next changes how long it takes, and no hit.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Habits {
-    /// How many times a ray went on alone, if that has been seen.
-    alone: Option<f32>,
+    /// How many times a ray went on alone.
+    alone: f32,
     packets: u32,
 }
 
 impl Habits {
+    /// Undecided: the first packet tips the scale.
+    pub(super) const NONE: Habits = Habits { alone: OFTEN_ALONE, packets: 0 };
+
     /// Whether the rays of the next packet should take turns.
     #[inline]
     pub(super) fn are_to_part(&mut self) -> bool {
         self.packets = self.packets.wrapping_add(1);
-        self.alone.is_some_and(|alone| alone > OFTEN_ALONE) && !self.packets.is_multiple_of(PROBE)
+        self.alone > OFTEN_ALONE && !self.packets.is_multiple_of(PROBE)
     }
 
     /// In a packet of `rays`, so many times one of them went on alone.
     #[inline]
     pub(super) fn saw(&mut self, rays: u32, alone: u32) {
-        let now = alone as f32 / rays as f32;
-        self.alone = Some(self.alone.map_or(now, |before| before + (now - before) * 0.25));
+        self.alone += (alone as f32 / rays as f32 - self.alone) / REMEMBERED;
     }
 }
 

@@ -101,7 +101,7 @@ fn rays_in_turn_find_what_they_find_alone() {
 
 #[test]
 fn packets_that_fall_apart_are_remembered_and_probed() {
-    let mut habits = Habits::default();
+    let mut habits = Habits::NONE;
     assert!(!habits.are_to_part(), "nothing has been seen");
     habits.saw(64, 200);
     let parted = (0..160).filter(|_| habits.are_to_part()).count();
