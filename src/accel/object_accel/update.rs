@@ -1,0 +1,381 @@
+//! How the structure of one object follows it from frame to frame: left alone, refit, put off or built anew.
+//!
+//! What has changed is told by the version counters of the [`Object`]; what is done about it is decided in [`crate::accel::strategy`].
+
+use super::{ObjectAccel, Outcome, Scratch, Structure};
+use crate::accel::bsp::Bsp;
+use crate::accel::bsp_build::Quality;
+use crate::accel::build_fast::{FastScratch, build_fast, rebuild_fast};
+use crate::accel::build_sah::{SahScratch, rebuild_sah};
+use crate::accel::build_spatial::build_spatial;
+use crate::accel::bvh::{Bvh, OutOfMemory};
+use crate::accel::grid::Grid;
+use crate::accel::instance::{append_to_world, mesh_with_room};
+use crate::accel::lazy::{LazyBvh, Source};
+use crate::accel::rotate::Wear;
+use crate::accel::strategy::{Method, Moved, WORN};
+use crate::accel::visibility::VisibilityField;
+use crate::accel::waiting::Waiting;
+use crate::accel::{Refit, build_sah};
+use crate::scene::{Mesh, Object, Strategy};
+use glam::Affine3A;
+use std::ops::Deref;
+use std::sync::Arc;
+
+/// After so many defeats in a row a refit is tried in every eighth frame.
+const MOST_DEFEATS: u32 = 3;
+
+/// Refits, with rotations or without, that left the tree worn. A motion that defeats them in one frame most likely does so in the next, and to try costs as much
+/// as a quarter of the build that follows: so they are not tried in the next frame, then in the next three, then seven.
+#[derive(Debug, Default)]
+pub(super) struct Defeats {
+    in_a_row: u32,
+    /// Updates that are builds without trying.
+    pause: u32,
+}
+
+impl Defeats {
+    /// Whether to build without trying.
+    fn pauses(&mut self) -> bool {
+        let pauses = self.pause > 0;
+        self.pause -= u32::from(pauses);
+        pauses
+    }
+
+    /// The tree was tried, and is worn or not.
+    fn tell(&mut self, worn: bool) {
+        self.in_a_row = if worn { (self.in_a_row + 1).min(MOST_DEFEATS) } else { 0 };
+        self.pause = (1 << self.in_a_row) - 1;
+    }
+}
+
+/// How waiting for a ray ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Waited {
+    InVain,
+    AndWasReached,
+}
+
+impl ObjectAccel {
+    /// Brings the structure in line with `object`, in world space if `placed` tells where. To be called inside the pool.
+    pub(in crate::accel) fn update(
+        &mut self,
+        object: &Object,
+        forced: Option<Strategy>,
+        placed: Option<Affine3A>,
+    ) -> Outcome {
+        self.triangles = object.mesh.triangles.len() as u64;
+        let same_topology = self.made_with.is_some() && self.topology_version == object.topology_version;
+        let same_place = self.placed == placed;
+        let same_vertices = same_topology && same_place && self.vertex_version == object.vertex_version;
+        let redefined = self.definitions > 1 || (self.definitions == 1 && !same_topology);
+        let method = Method::choose(object, forced, redefined);
+        let same_method = self.made_with == Some(method);
+        let follows = method.follows_keys() && placed.is_none() && !object.keys.is_empty();
+        if same_vertices && same_method && self.keys.are_current(object, follows) {
+            self.calm = self.calm.saturating_add(1);
+            // At rest, it needs no memory for builds.
+            self.scratch = Scratch::default();
+            if let (Structure::Lazy(lazy), None) = (&mut self.structure, moved_by(placed)) {
+                lazy.set_source(Source::Scene(Arc::downgrade(&object.mesh)));
+            }
+            if let Structure::Field(field) = &mut self.structure {
+                field.rest();
+            }
+            if let Some(waiting) = &mut self.waiting {
+                waiting.set_source(Source::Scene(Arc::downgrade(&object.mesh)));
+            }
+            return Outcome::Unchanged;
+        }
+        // Said to be static, and moved all the same: the next move must not cost as much again.
+        let hurried = self.made_with.is_some() && self.placed.is_some() && placed.is_some() && !same_place;
+        if std::mem::take(&mut self.merged) {
+            self.exits += 1;
+        }
+        self.calm = 0;
+        self.placed = placed;
+        let waited = self.stop_waiting();
+        let outcome = world_mesh(&object.mesh, placed).and_then(|mesh| {
+            let stays = same_place && matches!(mesh, Located::Object(_));
+            // A tree that has waited in vain is behind by more than the last move.
+            let stays = stays && waited != Some(Waited::InVain);
+            let moved = if stays { object.moves.since(self.vertex_version.max(self.topology_version)) } else { None };
+            let same_tree = same_topology && same_method;
+            let (moved, built) = self.follow_keys(object, &mesh, method, (follows, same_tree), moved)?;
+            let kept = same_tree || built > 0;
+            if same_tree && method.may_wait() && self.wait(&mesh, waited) {
+                return Ok(Outcome::Waits);
+            }
+            match if kept { self.refit(&mesh, method, moved) } else { None } {
+                Some(Outcome::Refitted(nodes)) if built > 0 => Ok(Outcome::Built(nodes)),
+                Some(outcome) => Ok(outcome),
+                None => self.build(object, &mesh, method, hurried),
+            }
+        });
+        self.topology_version = object.topology_version;
+        self.vertex_version = object.vertex_version;
+        match outcome {
+            Ok(outcome) => {
+                self.made_with = Some(method);
+                outcome
+            }
+            Err(error) => {
+                self.structure = Structure::None;
+                self.keys.clear();
+                self.made_with = None;
+                Outcome::Failed(error)
+            }
+        }
+    }
+
+    /// Changes to the tree of the active key frame. Returns which vertices it still has to follow, out of those that `moved`, and how many trees were built.
+    fn follow_keys(
+        &mut self,
+        object: &Object,
+        mesh: &Located<'_>,
+        method: Method,
+        (follows, same_tree): (bool, bool),
+        moved: Option<Vec<u32>>,
+    ) -> Result<(Option<Vec<u32>>, usize), OutOfMemory> {
+        let mut keys = std::mem::take(&mut self.keys);
+        if !same_tree {
+            keys.clear();
+        }
+        let mut tree = if same_tree || !follows { std::mem::take(&mut self.structure) } else { Structure::None };
+        let followed = keys.follow(object, follows, &mut tree, |key| {
+            Ok(match method {
+                Method::Lazy(shape) => Structure::Lazy(LazyBvh::new(key, mesh.source(), shape)?),
+                _ => Structure::Bvh(build_sah(key)?),
+            })
+        })?;
+        self.structure = tree;
+        self.keys = keys;
+        if !followed.switched {
+            return Ok((moved, followed.built));
+        }
+        self.links = None;
+        Ok((None, followed.built))
+    }
+
+    /// Answers a vertex update by a refit, of what hangs on the vertices `moved` if it is known which; `None` where the method or the result asks
+    /// for a build.
+    fn refit(&mut self, mesh: &Located<'_>, method: Method, moved: Option<Vec<u32>>) -> Option<Outcome> {
+        if let Structure::Lazy(lazy) = &mut self.structure {
+            // Without memory for a partial update it is a complete one.
+            let some = moved.and_then(|vertices| lazy.moved_some(mesh, mesh.source(), &vertices).ok());
+            return some.or_else(|| lazy.moved(mesh, mesh.source())).map(Outcome::Refitted);
+        }
+        if let Structure::Field(field) = &mut self.structure {
+            return field.moved(mesh, moved.as_deref()).map(Outcome::Refitted);
+        }
+        if let Some(nodes) = moved.and_then(|vertices| self.refit_moved(mesh, method, &vertices)) {
+            return Some(Outcome::Refitted(nodes));
+        }
+        let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.structure, method) else { return None };
+        if moved == Moved::Rotate {
+            return self.rotate(mesh);
+        }
+        if moved == Moved::RefitUntilWorn && bvh.can_hold(mesh) && self.defeats.pauses() {
+            return self.renew(mesh);
+        }
+        if moved == Moved::Rebuild || bvh.refit(mesh) == Refit::NeedsRebuild {
+            return None;
+        }
+        self.patched = 0;
+        if moved == Moved::RefitUntilWorn {
+            let worn = bvh.sah_cost() > WORN * self.cost_when_built;
+            self.defeats.tell(worn);
+            if worn {
+                return self.renew(mesh);
+            }
+        }
+        Some(Outcome::Refitted(bvh.nodes().len()))
+    }
+
+    /// Refits with rotations.
+    fn rotate(&mut self, mesh: &Mesh) -> Option<Outcome> {
+        let Structure::Bvh(bvh) = &mut self.structure else { return None };
+        if bvh.can_hold(mesh) && self.defeats.pauses() {
+            return self.renew(mesh);
+        }
+        let worn = bvh.rotate(mesh, &mut self.wear)? > WORN * self.cost_when_built;
+        self.defeats.tell(worn);
+        if worn { self.renew(mesh) } else { Some(Outcome::Refitted(bvh.nodes().len())) }
+    }
+
+    /// Puts a tree that waited for a ray back in its place.
+    fn stop_waiting(&mut self) -> Option<Waited> {
+        let waiting = self.waiting.take()?;
+        let waited = if waiting.was_reached() { Waited::AndWasReached } else { Waited::InVain };
+        self.structure = Structure::Bvh(waiting.into_tree());
+        Some(waited)
+    }
+
+    /// Lets the tree wait for a ray, if none was there lately.
+    fn wait(&mut self, mesh: &Located<'_>, waited: Option<Waited>) -> bool {
+        let should = self.attention.should_wait(waited == Some(Waited::AndWasReached));
+        match std::mem::take(&mut self.structure) {
+            Structure::Bvh(bvh) if should && bvh.may_wait(mesh) => {
+                self.waiting = Some(Box::new(Waiting::new(bvh, mesh, mesh.source())));
+                true
+            }
+            other => {
+                self.structure = other;
+                false
+            }
+        }
+    }
+
+    /// Builds the worn tree anew, fast. `None` if memory ran out: then [`ObjectAccel::build`] tells how much.
+    fn renew(&mut self, mesh: &Mesh) -> Option<Outcome> {
+        let old = match std::mem::take(&mut self.structure) {
+            Structure::Bvh(bvh) => bvh,
+            _ => Bvh::default(),
+        };
+        self.links = None;
+        self.wear.clear();
+        let bvh = rebuild_fast(mesh, old, &mut self.scratch.fast).ok()?;
+        self.cost_when_built = bvh.sah_cost();
+        let nodes = bvh.nodes().len();
+        self.structure = Structure::Bvh(bvh);
+        Some(Outcome::Built(nodes))
+    }
+
+    /// The partial refit, which says how many nodes it looked at; `None` where a complete one or a build is due.
+    fn refit_moved(&mut self, mesh: &Mesh, method: Method, vertices: &[u32]) -> Option<usize> {
+        let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.structure, method) else { return None };
+        if !matches!(moved, Moved::Refit | Moved::RefitUntilWorn) {
+            return None;
+        }
+        let links = match self.links.take() {
+            Some(links) => links,
+            None => bvh.links(mesh).ok()?,
+        };
+        let (refit, nodes) = bvh.refit_moved(mesh, vertices, self.links.insert(links));
+        self.patched += nodes;
+        // Wear is a property of all nodes, so it is looked at when as many have been.
+        let looks = moved == Moved::RefitUntilWorn && self.patched > bvh.nodes().len();
+        (refit == Refit::Done && !looks).then_some(nodes)
+    }
+
+    fn build(
+        &mut self,
+        object: &Object,
+        mesh: &Located<'_>,
+        method: Method,
+        hurried: bool,
+    ) -> Result<Outcome, OutOfMemory> {
+        // The old structure goes first, or becomes the new one's memory: both together may not fit.
+        let old = std::mem::take(&mut self.structure);
+        self.links = None;
+        if self.topology_version != object.topology_version || self.made_with.is_none() {
+            self.definitions += 1;
+        }
+        let nodes = match method {
+            Method::Bsp { fast } => {
+                let recycled = if let Structure::Bsp(bsp) = old { Some(bsp) } else { None };
+                let quality = if fast { Quality::Fast } else { Quality::Sah };
+                let bsp = Bsp::new(mesh, quality, recycled)?;
+                self.structure = Structure::Bsp(bsp);
+                0
+            }
+            Method::Grid => {
+                let recycled = if let Structure::Grid(grid) = old { grid } else { Grid::default() };
+                self.structure = Structure::Grid(Grid::new(mesh, recycled)?);
+                0
+            }
+            Method::Field => {
+                let recycled = if let Structure::Field(field) = old { Some(field) } else { None };
+                self.structure = Structure::Field(VisibilityField::new(mesh, recycled)?);
+                0
+            }
+            Method::Lazy(shape) => {
+                drop(old);
+                let lazy = LazyBvh::new(mesh, mesh.source(), shape)?;
+                let nodes = lazy.nodes();
+                self.structure = Structure::Lazy(lazy);
+                nodes
+            }
+            Method::SpatialSplits => {
+                drop(old);
+                let bvh = if hurried { build_fast(mesh)? } else { build_spatial(mesh)? };
+                let nodes = bvh.nodes().len();
+                self.structure = Structure::Bvh(bvh);
+                nodes
+            }
+            Method::Bvh { fast, moved } => {
+                let recycled = if let Structure::Bvh(bvh) = old { bvh } else { Bvh::default() };
+                let bvh = self.build_bvh(mesh, fast || hurried, recycled)?;
+                if moved == Moved::Rotate {
+                    (self.wear, self.defeats) = (Wear::default(), Defeats::default());
+                }
+                let nodes = bvh.nodes().len();
+                if matches!(moved, Moved::RefitUntilWorn | Moved::Rotate) {
+                    self.cost_when_built = bvh.sah_cost();
+                }
+                self.structure = Structure::Bvh(bvh);
+                nodes
+            }
+        };
+        Ok(Outcome::Built(nodes))
+    }
+
+    /// Builds in the memory of a former tree. What a second build needed is kept, a third one will need it again; most objects
+    /// are built once.
+    fn build_bvh(&mut self, mesh: &Mesh, fast: bool, old: Bvh) -> Result<Bvh, OutOfMemory> {
+        let again = self.made_with.is_some();
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let bvh = if fast {
+            scratch.sah = SahScratch::default();
+            rebuild_fast(mesh, old, &mut scratch.fast)?
+        } else {
+            scratch.fast = FastScratch::default();
+            rebuild_sah(mesh, old, &mut scratch.sah)?
+        };
+        if again {
+            self.scratch = scratch;
+        }
+        Ok(bvh)
+    }
+}
+
+/// What vertices are moved by, if anything.
+fn moved_by(placed: Option<Affine3A>) -> Option<Affine3A> {
+    placed.filter(|m| *m != Affine3A::IDENTITY)
+}
+
+/// A mesh in the space of its structure.
+enum Located<'a> {
+    /// The scene's own.
+    Object(&'a Arc<Mesh>),
+    World(Arc<Mesh>),
+}
+
+impl Deref for Located<'_> {
+    type Target = Mesh;
+
+    fn deref(&self) -> &Mesh {
+        match self {
+            Located::Object(mesh) => mesh,
+            Located::World(mesh) => mesh,
+        }
+    }
+}
+
+impl Located<'_> {
+    /// Where a structure finds it later.
+    fn source(&self) -> Source {
+        match self {
+            Located::Object(mesh) => Source::Scene(Arc::downgrade(mesh)),
+            Located::World(mesh) => Source::Own(mesh.clone()),
+        }
+    }
+}
+
+/// The mesh in world space, if it is placed there.
+fn world_mesh(mesh: &Arc<Mesh>, placed: Option<Affine3A>) -> Result<Located<'_>, OutOfMemory> {
+    let Some(place) = moved_by(placed) else { return Ok(Located::Object(mesh)) };
+    let mut world = mesh_with_room(mesh.positions.len(), mesh.triangles.len())?;
+    append_to_world(&mut world, mesh, &place);
+    Ok(Located::World(Arc::new(world)))
+}
