@@ -36,12 +36,7 @@ pub struct Kernels {
 impl Kernels {
     /// The kernels of `level`, or of the strongest level that the processor has if that is weaker.
     pub fn new(level: Level) -> Kernels {
-        *Kernels::of(level)
-    }
-
-    /// Likewise, not copied.
-    pub(super) fn of(level: Level) -> &'static Kernels {
-        kernels_of(level)
+        *kernels_of(level)
     }
 
     /// The level they were compiled for.
