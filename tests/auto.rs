@@ -1,4 +1,4 @@
-//! What `RT_AUTO` decides from frame to frame: objects that no ray meets wait for one, and a motion that wears a tree in every frame is
+//! What `RT_AUTO` decides from frame to frame: objects that no ray meets wait for one, what parts is sorted, and a motion that wears a tree in every frame is
 //! answered by builds. Hits are those of a fresh build, whatever was decided.
 
 #[path = "common/meshes.rs"]
@@ -9,7 +9,7 @@ mod random;
 
 use glam::{Affine3A, Vec3};
 use openrt::accel::{TwoLevel, UpdateStats};
-use openrt::scene::{Command, Instance, Motion, Scene, Strategy};
+use openrt::scene::{Command, Instance, Mesh, Motion, Scene, Strategy};
 use openrt::simd::Level;
 use openrt::threads::Pool;
 use openrt::trace::{Hit, Ray, Tracer};
@@ -28,10 +28,14 @@ struct Stage {
 impl Stage {
     /// Soups in a row, [`APART`] from each other.
     fn new(random: &mut Random, soups: &[usize]) -> Stage {
+        Stage::of(soups.iter().map(|&count| meshes::soup(random, count, 0.2)))
+    }
+
+    /// Objects in a row.
+    fn of(objects: impl Iterator<Item = Mesh>) -> Stage {
         let mut scene = Scene::default();
         let mut instances = Vec::new();
-        for (name, &count) in (1..).zip(soups) {
-            let mesh = meshes::soup(random, count, 0.2);
+        for (name, mesh) in (1..).zip(objects) {
             scene.apply(Command::DefineObject { name, mesh, motion: Motion::Unstructured });
             let world_from_object = Affine3A::from_translation(Vec3::X * APART * (name - 1) as f32);
             instances.push(Instance { object: name, world_from_object });
@@ -169,4 +173,56 @@ fn motion_that_wears_the_tree_in_every_frame_is_answered_by_builds_alone() {
         })
         .collect();
     assert_eq!(refitted[9], 1, "{refitted:?}");
+}
+
+/// Small bodies that fly through each other, as one mesh.
+struct Swarm {
+    body: Mesh,
+    ways: Vec<[Vec3; 2]>,
+}
+
+impl Swarm {
+    fn new(random: &mut Random) -> Swarm {
+        let ways = (0..200).map(|_| [random.vec(), random.vec()]).collect();
+        Swarm { body: meshes::uv_sphere(6, 8), ways }
+    }
+
+    fn mesh(&self, time: f32) -> Mesh {
+        let Mesh { positions, triangles, .. } = &self.body;
+        let mut all = Mesh { positions: self.positions(time), ..Mesh::default() };
+        for first in (0..all.positions.len() as u32).step_by(positions.len()) {
+            all.triangles.extend(triangles.iter().map(|corners| corners.map(|v| first + v)));
+        }
+        all
+    }
+
+    fn positions(&self, time: f32) -> Vec<Vec3> {
+        let at = |[from, way]: &[Vec3; 2]| (*from * 2.0 + *way * time).map(|x| 2.0 * x.sin());
+        self.ways.iter().flat_map(|way| self.body.positions.iter().map(move |p| at(way) + *p * 0.1)).collect()
+    }
+}
+
+#[test]
+fn bodies_that_part_are_sorted_and_not_built() {
+    let mut random = Random::new(Random::seed(94));
+    let swarm = Swarm::new(&mut random);
+    let mut stage = Stage::of([swarm.mesh(0.0)].into_iter());
+    stage.update();
+    let mut built = 0;
+    for frame in 1..=30 {
+        stage.look(&mut random, 1);
+        let mut positions = swarm.positions(frame as f32 * 0.1);
+        let first = if frame % 3 == 2 {
+            // A body alone, in a tree whose nodes may have changed places since the last time.
+            positions.truncate(swarm.body.positions.len());
+            0
+        } else {
+            positions.remove(0);
+            1
+        };
+        stage.scene.apply(Command::UpdatePositions { name: 1, first, positions });
+        built += stage.update().objects_built;
+    }
+    stage.look(&mut random, 1);
+    assert!(built <= 1, "{built} builds, which rotations save");
 }

@@ -77,6 +77,8 @@ pub(super) struct Wear {
     blocks: usize,
     /// Nodes of independent subtrees; before the first are those above.
     pub parts: Vec<Range<usize>>,
+    /// Nodes have changed places in the last update.
+    restructured: bool,
     /// Attempts in a row that did not pay, and how often the next one is left out.
     failures: u32,
     pause: u32,
@@ -95,6 +97,11 @@ impl Wear {
             + self.spare_nodes.capacity() * size_of::<Node8>()
             + self.free.capacity() * size_of::<u32>()
             + self.leaves.iter().map(|l| l.capacity() * size_of::<BlockBox>()).sum::<usize>()
+    }
+
+    /// Whether the last update changed more than boxes.
+    pub fn was_restructured(&self) -> bool {
+        self.restructured
     }
 
     /// Forgets the tree.
@@ -164,6 +171,7 @@ impl Bvh {
 
     /// Builds what is worn anew if the tree is worse than it was. Takes and gives the sum of the areas of all lanes.
     fn improve(&mut self, wear: &mut Wear, mut sum: f64) -> f64 {
+        wear.restructured = false;
         if self.cost_of(sum) <= wear.calm * WORSE {
             return sum;
         }
@@ -179,6 +187,7 @@ impl Bvh {
             let plan = Plan::new(self, wear, most as f32);
             if plan.items as f64 <= few {
                 let saved = plan.carry_out(self, wear).unwrap_or(0.0);
+                wear.restructured = saved > 0.0;
                 pays = saved / sum > plan.items as f64 / self.prim_count as f64;
                 sum -= saved;
                 break;

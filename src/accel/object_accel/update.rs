@@ -172,24 +172,11 @@ impl ObjectAccel {
             return Some(Outcome::Refitted(nodes));
         }
         let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.structure, method) else { return None };
-        if moved == Moved::Rotate {
-            return self.rotate(mesh);
+        match moved {
+            Moved::Rebuild => None,
+            Moved::Refit => (bvh.refit(mesh) == Refit::Done).then(|| Outcome::Refitted(bvh.nodes().len())),
+            Moved::Rotate | Moved::Auto => self.rotate(mesh),
         }
-        if moved == Moved::RefitUntilWorn && bvh.can_hold(mesh) && self.defeats.pauses() {
-            return self.renew(mesh);
-        }
-        if moved == Moved::Rebuild || bvh.refit(mesh) == Refit::NeedsRebuild {
-            return None;
-        }
-        self.patched = 0;
-        if moved == Moved::RefitUntilWorn {
-            let worn = bvh.sah_cost() > WORN * self.cost_when_built;
-            self.defeats.tell(worn);
-            if worn {
-                return self.renew(mesh);
-            }
-        }
-        Some(Outcome::Refitted(bvh.nodes().len()))
     }
 
     /// Refits with rotations.
@@ -198,8 +185,13 @@ impl ObjectAccel {
         if bvh.can_hold(mesh) && self.defeats.pauses() {
             return self.renew(mesh);
         }
+        self.patched = 0;
         let worn = bvh.rotate(mesh, &mut self.wear)? > WORN * self.cost_when_built;
         self.defeats.tell(worn);
+        if self.wear.was_restructured() {
+            // They are ways through another tree.
+            self.links = None;
+        }
         if worn { self.renew(mesh) } else { Some(Outcome::Refitted(bvh.nodes().len())) }
     }
 
@@ -244,7 +236,7 @@ impl ObjectAccel {
     /// The partial refit, which says how many nodes it looked at; `None` where a complete one or a build is due.
     fn refit_moved(&mut self, mesh: &Mesh, method: Method, vertices: &[u32]) -> Option<usize> {
         let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.structure, method) else { return None };
-        if !matches!(moved, Moved::Refit | Moved::RefitUntilWorn) {
+        if !matches!(moved, Moved::Refit | Moved::Auto) {
             return None;
         }
         let links = match self.links.take() {
@@ -254,7 +246,7 @@ impl ObjectAccel {
         let (refit, nodes) = bvh.refit_moved(mesh, vertices, self.links.insert(links));
         self.patched += nodes;
         // Wear is a property of all nodes, so it is looked at when as many have been.
-        let looks = moved == Moved::RefitUntilWorn && self.patched > bvh.nodes().len();
+        let looks = moved == Moved::Auto && self.patched > bvh.nodes().len();
         (refit == Refit::Done && !looks).then_some(nodes)
     }
 
@@ -306,13 +298,11 @@ impl ObjectAccel {
             Method::Bvh { fast, moved } => {
                 let recycled = if let Structure::Bvh(bvh) = old { bvh } else { Bvh::default() };
                 let bvh = self.build_bvh(mesh, fast || hurried, recycled)?;
-                if moved == Moved::Rotate {
+                if matches!(moved, Moved::Rotate | Moved::Auto) {
                     (self.wear, self.defeats) = (Wear::default(), Defeats::default());
-                }
-                let nodes = bvh.nodes().len();
-                if matches!(moved, Moved::RefitUntilWorn | Moved::Rotate) {
                     self.cost_when_built = bvh.sah_cost();
                 }
+                let nodes = bvh.nodes().len();
                 self.structure = Structure::Bvh(bvh);
                 nodes
             }

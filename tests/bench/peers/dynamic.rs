@@ -100,7 +100,7 @@ impl Tally {
 
 pub fn run(options: &Options, embree: Option<&Embree>) -> String {
     let pool = Pool::new(Some(options.threads)).expect("worker threads start");
-    let device = embree.map(|e| e.device(options.threads));
+    let device = embree.filter(|_| options.strategies().is_none()).map(|e| e.device(options.threads));
     println!("milliseconds per frame on {} thread(s)", options.threads);
     let (mut json, mut worst, mut updates) = (Vec::new(), None::<(f64, &str)>, String::new());
     for (name, make) in scenes::ALL.into_iter().chain(scenes::LARGE) {
@@ -161,7 +161,8 @@ fn one_scene(
     let mut ours = Ours::new(bench, 0, pool);
     ours.world.force_strategy(Some(Strategy::Refit));
     let slow = |s: Strategy| s == Strategy::Bsp || (large && s == Strategy::Sah);
-    let fixed = Strategy::ALL.into_iter().filter(|s| !slow(*s));
+    let fixed =
+        Strategy::ALL.into_iter().filter(|s| !slow(*s) && options.strategies().is_none_or(|some| some.contains(s)));
     let mut rows: Vec<OurRow> = [Strategy::Auto]
         .into_iter()
         .chain(fixed)

@@ -1,6 +1,7 @@
 //! The command line.
 
 use crate::rays::Kind;
+use openrt::scene::Strategy;
 use std::path::PathBuf;
 
 pub const USAGE: &str = "\
@@ -19,6 +20,7 @@ options:
   --json FILE      every figure, also those not printed
   --scene S1,S6    only these; `toplevel` has S2, S3, 10K and 100K
   --kind primary,shadow,bounce
+  --strategy A,B   of `dynamic`: only these beside auto, and no peers
   --all            every mode of both engines, not only the best";
 
 /// What is measured.
@@ -44,6 +46,8 @@ pub struct Options {
     /// Empty: all.
     scenes: Vec<String>,
     kinds: Vec<Kind>,
+    /// Empty: all.
+    strategies: Vec<Strategy>,
 }
 
 impl Options {
@@ -59,6 +63,7 @@ impl Options {
             json: None,
             scenes: Vec::new(),
             kinds: Kind::ALL.to_vec(),
+            strategies: Vec::new(),
         };
         let mut arguments = arguments;
         while let Some(argument) = arguments.next() {
@@ -92,6 +97,11 @@ impl Options {
                     };
                     options.kinds = value()?.split(',').map(named).collect::<Result<_, _>>()?;
                 }
+                "--strategy" => {
+                    let named =
+                        |name: &str| Strategy::from_name(name.trim()).ok_or(format!("no strategy {name}\n{USAGE}"));
+                    options.strategies = value()?.split(',').map(named).collect::<Result<_, _>>()?;
+                }
                 _ => return Err(USAGE.to_owned()),
             }
         }
@@ -101,6 +111,11 @@ impl Options {
 
     pub fn wants_scene(&self, name: &str) -> bool {
         self.scenes.is_empty() || self.scenes.iter().any(|s| s == name)
+    }
+
+    /// The strategies asked for, if not all of them are.
+    pub fn strategies(&self) -> Option<&[Strategy]> {
+        Some(&self.strategies[..]).filter(|some| !some.is_empty())
     }
 
     pub fn wants_kind(&self, kind: Kind) -> bool {
