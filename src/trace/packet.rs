@@ -127,27 +127,77 @@ impl Packet {
         for (g, run) in which.chunks(LANES).enumerate() {
             let ray = |l: usize| &rays[usize::from(*run.get(l).unwrap_or(&last))];
             // SAFETY: the caller's promise.
-            unsafe {
-                let mut rows = [I::F8::splat(0.0); LANES];
-                for (l, row) in rows.iter_mut().enumerate() {
-                    *row = I::F8::load(&ray(l).numbers());
-                }
-                let [ox, oy, oz, tmin, dx, dy, dz, tmax] = I::F8::transpose(rows);
-                for (k, (org, dir)) in [(ox, dx), (oy, dy), (oz, dz)].into_iter().enumerate() {
-                    org.store(&mut self.org[k][g]);
-                    dir.store(&mut self.dir[k][g]);
-                }
-                // NaN gives 0, the second operand.
-                tmin.max(I::F8::splat(0.0)).store(&mut self.tmin[g]);
-                tmax.store(&mut found.t[g]);
-            }
-            for (hit, &tmax) in found.hits[LANES * g..][..LANES].iter_mut().zip(&found.t[g]) {
-                *hit = Hit::none(tmax);
-            }
+            unsafe { self.turn::<I>(found, g, [ray(0), ray(1), ray(2), ray(3), ray(4), ray(5), ray(6), ray(7)]) };
+        }
+        // SAFETY: the caller's promise.
+        unsafe { self.begin::<I>(found, u64::MAX >> (RAYS - count)) };
+    }
+
+    /// Takes in `rays`, at most 64 and at least one, and returns true if their directions are of usual length (see [`super::tracer`]) and have the same signs.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    pub(super) unsafe fn gather_alike<I: Isa>(&mut self, found: &mut Found, rays: &[Ray]) -> bool {
+        let count = rays.len();
+        assert!((1..=RAYS).contains(&count), "a packet has 1 to 64 rays");
+        let last = &rays[count - 1];
+        for (g, run) in rays.chunks(LANES).enumerate() {
+            let ray = |l: usize| run.get(l).unwrap_or(last);
+            // SAFETY: the caller's promise.
+            unsafe { self.turn::<I>(found, g, [ray(0), ray(1), ray(2), ray(3), ray(4), ray(5), ray(6), ray(7)]) };
         }
         let mask = u64::MAX >> (RAYS - count);
         // SAFETY: the caller's promise.
-        unsafe { self.begin::<I>(found, mask) };
+        unsafe {
+            self.begin::<I>(found, mask);
+            self.usual::<I>(mask) == mask && self.negative.iter().all(|n| n & mask == 0 || n & mask == mask)
+        }
+    }
+
+    /// Eight rays become the lanes of group `g`.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn turn<I: Isa>(&mut self, found: &mut Found, g: usize, rays: [&Ray; LANES]) {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let mut rows = [I::F8::splat(0.0); LANES];
+            for (row, ray) in rows.iter_mut().zip(rays) {
+                *row = I::F8::load(&ray.numbers());
+            }
+            let [ox, oy, oz, tmin, dx, dy, dz, tmax] = I::F8::transpose(rows);
+            for (k, (org, dir)) in [(ox, dx), (oy, dy), (oz, dz)].into_iter().enumerate() {
+                org.store(&mut self.org[k][g]);
+                dir.store(&mut self.dir[k][g]);
+            }
+            // NaN gives 0, the second operand.
+            tmin.max(I::F8::splat(0.0)).store(&mut self.tmin[g]);
+            tmax.store(&mut found.t[g]);
+        }
+        for (hit, &tmax) in found.hits[LANES * g..][..LANES].iter_mut().zip(&found.t[g]) {
+            *hit = Hit::none(tmax);
+        }
+    }
+
+    /// The rays of `mask` whose directions are of usual length.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn usual<I: Isa>(&self, mask: u64) -> u64 {
+        let mut usual = 0;
+        // SAFETY: the caller's promise.
+        unsafe {
+            let (least, most) = (I::F8::splat(*USUAL_LENGTH.start()), I::F8::splat(*USUAL_LENGTH.end()));
+            for g in groups(mask) {
+                let [x, y, z] = load3::<I>(&self.dir, g);
+                let longest = x.abs().max(y.abs().max(z.abs()));
+                usual |= u64::from(least.le(longest) & longest.le(most)) << (LANES * g);
+            }
+        }
+        usual & mask
     }
 
     /// Takes in the rays of `mask`, of which there is at least one. Returns those whose direction is too long or too short to be traced
@@ -157,10 +207,8 @@ impl Packet {
     /// - The processor has the instruction set `I`.
     #[inline(always)]
     pub(super) unsafe fn take_in<I: Isa>(&mut self, found: &mut Found, rays: &RayPacket, mask: u64) -> u64 {
-        let mut usual = 0;
         // SAFETY: the caller's promise.
-        unsafe {
-            let (least, most) = (I::F8::splat(*USUAL_LENGTH.start()), I::F8::splat(*USUAL_LENGTH.end()));
+        let usual = unsafe {
             for g in groups(mask) {
                 for k in 0..3 {
                     self.org[k][g] = rays.org[k][g];
@@ -170,13 +218,11 @@ impl Packet {
                 // Of lanes without a ray, so that they do not hold up the farthest distance of all.
                 let tmax = I::F8::load(&rays.tmax[g]).select_bits(I::F8::splat(0.0), (mask >> (LANES * g)) as u32);
                 tmax.store(&mut found.t[g]);
-                let [x, y, z] = load3::<I>(&self.dir, g);
-                let longest = x.abs().max(y.abs().max(z.abs()));
-                usual |= u64::from(least.le(longest) & longest.le(most)) << (LANES * g);
             }
-            usual &= mask;
+            let usual = self.usual::<I>(mask);
             self.begin::<I>(found, usual);
-        }
+            usual
+        };
         for r in bits(mask) {
             found.hits[r] = Hit::none(rays.tmax[r / LANES][r % LANES]);
         }

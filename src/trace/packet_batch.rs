@@ -34,19 +34,36 @@ pub(super) unsafe fn trace_many<I: Shells, const ANY: bool>(
     let mut all_usual = true;
     let mut scratch = Scratch::new();
     let mut octants = [0u8; RUN];
-    let mut order = [0u16; RUN];
+    let (mut order, mut mixed) = ([0u16; RUN], [0u16; RUN]);
     for (run, rays) in rays.chunks(RUN).enumerate() {
+        let mut left = 0;
+        for (c, neighbours) in (0..).zip(rays.chunks(RAYS)) {
+            let first = RAYS * c;
+            // SAFETY: the caller's promise.
+            if seem_alike(neighbours) && unsafe { scratch.world.gather_alike::<I>(&mut scratch.found, neighbours) } {
+                // SAFETY: the caller's promise.
+                unsafe { traverse::<I, ANY>(world, kernels, &mut scratch) };
+                for slot in 0..neighbours.len() {
+                    answer(RUN * run + first + slot, scratch.answer::<ANY>(slot));
+                }
+            } else {
+                for i in first..first + neighbours.len() {
+                    mixed[left] = i as u16;
+                    left += 1;
+                }
+            }
+        }
         // A counting sort.
         let mut counts = [0usize; 9];
-        for (to, ray) in octants.iter_mut().zip(rays) {
-            *to = octant(ray);
+        for (to, &i) in octants.iter_mut().zip(&mixed[..left]) {
+            *to = octant(&rays[usize::from(i)]);
             counts[usize::from(*to)] += 1;
         }
         let mut next = [0usize; 9];
         for octant in 1..9 {
             next[octant] = next[octant - 1] + counts[octant - 1];
         }
-        for (i, &octant) in (0..).zip(&octants[..rays.len()]) {
+        for (&i, &octant) in mixed[..left].iter().zip(&octants) {
             let at = &mut next[usize::from(octant)];
             order[*at] = i;
             *at += 1;
@@ -60,18 +77,23 @@ pub(super) unsafe fn trace_many<I: Shells, const ANY: bool>(
                     scratch.world.gather::<I>(&mut scratch.found, rays, which);
                     traverse::<I, ANY>(world, kernels, &mut scratch);
                 }
-                let found = &scratch.found;
                 for (slot, &i) in which.iter().enumerate() {
-                    let hit = found.hits[slot];
-                    let is_hit =
-                        if ANY { (scratch.world.usable & !found.open) >> slot & 1 == 1 } else { !hit.is_none() };
-                    answer(RUN * run + usize::from(i), is_hit.then_some(hit));
+                    answer(RUN * run + usize::from(i), scratch.answer::<ANY>(slot));
                 }
             }
             start = end;
         }
     }
     all_usual
+}
+
+/// Whether the directions of the first, the last and the ray between them have the same signs: then those of all may.
+#[inline(always)]
+fn seem_alike(rays: &[Ray]) -> bool {
+    let [first, .., last] = rays else { return false };
+    let signs = |ray: &Ray| [ray.dir.x, ray.dir.y, ray.dir.z].map(f32::is_sign_negative);
+    let of_first = signs(first);
+    of_first == signs(last) && of_first == signs(&rays[rays.len() / 2])
 }
 
 /// 0 to 7 by the signs of the direction.

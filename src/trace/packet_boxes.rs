@@ -33,7 +33,7 @@ pub(super) struct Bounds<I: Isa> {
     /// Rows of [`Node8::bounds`] with the near planes; the far ones are the other of each pair.
     pub near: [usize; 3],
     /// All rays begin at one point.
-    common: bool,
+    pub one_origin: bool,
 }
 
 impl<I: Isa> Bounds<I> {
@@ -44,13 +44,13 @@ impl<I: Isa> Bounds<I> {
         // SAFETY: the caller's promise.
         unsafe {
             let zero = [I::F8::splat(0.0); 3];
-            let mut common = true;
+            let mut one_origin = true;
             let (mut near_org, mut far_org, mut least_inv, mut most_inv) = (zero, zero, zero, zero);
             for k in 0..3 {
                 let near = range::<I>(&slabs.near_org[k], mask);
                 let same = std::ptr::eq(slabs.near_org, slabs.far_org);
                 let far = if same { near } else { range::<I>(&slabs.far_org[k], mask) };
-                common &= near.0 == near.1 && far.0 == far.1;
+                one_origin &= near.0 == near.1 && far.0 == far.1;
                 near_org[k] = I::F8::splat(if down[k] { near.0 } else { near.1 });
                 far_org[k] = I::F8::splat(if down[k] { far.1 } else { far.0 });
                 let (least, most) = range::<I>(&slabs.inv_dir[k], mask);
@@ -59,7 +59,7 @@ impl<I: Isa> Bounds<I> {
             let (tmin, tmin_most) = range::<I>(slabs.tmin, mask);
             let (tmin, tmin_most) = (I::F8::splat(tmin), I::F8::splat(tmin_most));
             let near = [usize::from(down[0]), 2 + usize::from(down[1]), 4 + usize::from(down[2])];
-            Self { near_org, far_org, least_inv, most_inv, tmin, tmin_most, near, common }
+            Self { near_org, far_org, least_inv, most_inv, tmin, tmin_most, near, one_origin }
         }
     }
 
@@ -82,7 +82,7 @@ impl<I: Isa> Bounds<I> {
                 let (far_a, far_b) = (far.mul(self.least_inv[k]), far.mul(self.most_inv[k]));
                 enter = near_a.min(near_b).max(enter);
                 exit = far_a.max(far_b).min(exit);
-                if self.common {
+                if self.one_origin {
                     last_enter = near_a.max(near_b).max(last_enter);
                     first_exit = far_a.min(far_b).min(first_exit);
                 }
@@ -91,8 +91,24 @@ impl<I: Isa> Bounds<I> {
             enter.store(&mut distance);
             let pad = I::F8::splat(SLAB_PAD);
             let some = enter.le(exit.min(most).mul(pad));
-            let all = if self.common { last_enter.le(first_exit.min(least).mul(pad)) } else { 0 };
+            let all = if self.one_origin { last_enter.le(first_exit.min(least).mul(pad)) } else { 0 };
             (some, all, distance)
+        }
+    }
+
+    /// The rays of `mask` that enter one child, 8 at a time.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`; these are bounds of `slabs` and the rays of `mask`.
+    #[inline(always)]
+    pub(super) unsafe fn entering(&self, slabs: &Slabs, found: &Found, mask: u64, node: &Node8, lane: usize) -> u64 {
+        // SAFETY: the caller's promise.
+        unsafe {
+            if self.one_origin {
+                entering::<I, true>(slabs, found, mask, node, lane, self)
+            } else {
+                entering::<I, false>(slabs, found, mask, node, lane, self)
+            }
         }
     }
 }
@@ -107,11 +123,18 @@ unsafe fn range<I: Isa>(rows: &[[f32; LANES]; GROUPS], mask: u64) -> (f32, f32) 
     unsafe {
         let (none_least, none_most) = (I::F8::splat(f32::INFINITY), I::F8::splat(f32::NEG_INFINITY));
         let (mut least, mut most) = (none_least, none_most);
-        for g in groups(mask) {
-            let here = (mask >> (LANES * g)) as u32;
-            let row = I::F8::load(&rows[g]);
-            least = least.min(row.select_bits(none_least, here));
-            most = most.max(row.select_bits(none_most, here));
+        if mask == u64::MAX {
+            for row in rows {
+                let row = I::F8::load(row);
+                (least, most) = (least.min(row), most.max(row));
+            }
+        } else {
+            for g in groups(mask) {
+                let here = (mask >> (LANES * g)) as u32;
+                let row = I::F8::load(&rows[g]);
+                least = least.min(row.select_bits(none_least, here));
+                most = most.max(row.select_bits(none_most, here));
+            }
         }
         (least.least(), most.greatest())
     }
@@ -152,33 +175,42 @@ pub(super) unsafe fn still_before<I: Isa>(found: &Found, mask: u64, enter: f32) 
     mask & before
 }
 
-/// The rays of `mask` that enter one child, 8 at a time.
+/// The rays of `mask` that enter one child, 8 at a time. With `ONE_ORIGIN`, `near_org` and `far_org` are those of all rays.
 ///
 /// # Safety
 /// - The processor has the instruction set `I`; `near` are rows of near planes.
 #[inline(always)]
-pub(super) unsafe fn entering<I: Isa>(
+unsafe fn entering<I: Isa, const ONE_ORIGIN: bool>(
     slabs: &Slabs,
     found: &Found,
     mask: u64,
     node: &Node8,
     lane: usize,
-    near: [usize; 3],
+    bounds: &Bounds<I>,
 ) -> u64 {
     let mut all = 0;
     // SAFETY: the caller's promise; `^ 1` stays inside the pairs of rows.
     unsafe {
         let (mut near_planes, mut far_planes) = ([I::F8::splat(0.0); 3], [I::F8::splat(0.0); 3]);
         for k in 0..3 {
-            near_planes[k] = I::F8::splat(node.bounds.get_unchecked(near[k])[lane]);
-            far_planes[k] = I::F8::splat(node.bounds.get_unchecked(near[k] ^ 1)[lane]);
+            near_planes[k] = I::F8::splat(node.bounds.get_unchecked(bounds.near[k])[lane]);
+            far_planes[k] = I::F8::splat(node.bounds.get_unchecked(bounds.near[k] ^ 1)[lane]);
+            if ONE_ORIGIN {
+                near_planes[k] = near_planes[k].sub(bounds.near_org[k]);
+                far_planes[k] = far_planes[k].sub(bounds.far_org[k]);
+            }
         }
         for g in groups(mask) {
             let (mut enter, mut exit) = (I::F8::load(&slabs.tmin[g]), I::F8::splat(f32::INFINITY));
             for k in 0..3 {
                 let inv = I::F8::load(&slabs.inv_dir[k][g]);
-                enter = near_planes[k].sub(I::F8::load(&slabs.near_org[k][g])).mul(inv).max(enter);
-                exit = far_planes[k].sub(I::F8::load(&slabs.far_org[k][g])).mul(inv).min(exit);
+                let (mut near, mut far) = (near_planes[k], far_planes[k]);
+                if !ONE_ORIGIN {
+                    near = near.sub(I::F8::load(&slabs.near_org[k][g]));
+                    far = far.sub(I::F8::load(&slabs.far_org[k][g]));
+                }
+                enter = near.mul(inv).max(enter);
+                exit = far.mul(inv).min(exit);
             }
             let limit = exit.min(I::F8::load(&found.t[g])).mul(I::F8::splat(SLAB_PAD));
             all |= u64::from(enter.le(limit)) << (LANES * g);

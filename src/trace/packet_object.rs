@@ -7,7 +7,7 @@ use super::packet_boxes::Slabs;
 use super::packet_triangles::intersect_leaf;
 use super::shells::Shells;
 use super::traverse_bvh::traverse_below;
-use super::traverse_packet::{Leaves, traverse_packet};
+use super::traverse_packet::{Alike, Leaves, traverse_packet};
 use super::turns::differ_much;
 use crate::accel::{Bvh, ChildRef};
 use crate::simd::{bits, prefetch};
@@ -51,12 +51,12 @@ impl<I: Shells, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
     const FEW: u32 = 4;
 
     #[inline(always)]
-    unsafe fn test(&mut self, leaf: ChildRef, mask: u64, down: [bool; 3], found: &mut Found) -> bool {
+    unsafe fn test(&mut self, leaf: ChildRef, mask: u64, alike: Alike, found: &mut Found) -> bool {
         let Self { bvh, packet, object, instance, .. } = *self;
         // SAFETY: the caller's promise; the leaf is a run of the tree's own blocks.
         unsafe {
             let run = bvh.blocks().get_unchecked(leaf.blocks());
-            intersect_leaf::<I, ANY>(packet, mask, down, run, object, instance, found) && !ANY
+            intersect_leaf::<I, ANY>(packet, mask, alike, run, object, instance, found) && !ANY
         }
     }
 

@@ -8,7 +8,7 @@
 use super::packet::{Found, GROUPS, LANES, Packet, Rows, groups};
 use super::packet_boxes::{Slabs, enters_box};
 use super::shells::Shells;
-use super::traverse_packet::{Leaves, traverse_packet};
+use super::traverse_packet::{Alike, Leaves, traverse_packet};
 use super::{Hit, Kernels, PreparedRay, traverse_bsp, traverse_field, traverse_grid, traverse_lazy, traverse_scene};
 use crate::accel::{ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh, TwoLevel};
 use crate::simd::{Isa, Vector, bits};
@@ -33,6 +33,14 @@ impl Scratch {
             far_org: [rows; 3],
             found: Found::new(),
         }
+    }
+
+    /// What ray `r` has found; with `ANY` the hit only tells that there is one.
+    #[inline(always)]
+    pub(super) fn answer<const ANY: bool>(&self, r: usize) -> Option<Hit> {
+        let hit = self.found.hits[r];
+        let is_hit = if ANY { (self.world.usable & !self.found.open) >> r & 1 == 1 } else { !hit.is_none() };
+        is_hit.then_some(hit)
     }
 }
 
@@ -226,7 +234,7 @@ impl<I: Shells, const ANY: bool> Leaves<I> for Instances<'_, ANY> {
     const FEW: u32 = 0;
 
     #[inline(always)]
-    unsafe fn test(&mut self, leaf: ChildRef, mask: u64, _down: [bool; 3], found: &mut Found) -> bool {
+    unsafe fn test(&mut self, leaf: ChildRef, mask: u64, _alike: Alike, found: &mut Found) -> bool {
         for &index in &self.refs[leaf.blocks()] {
             let mask = mask & found.open;
             // SAFETY: the caller's promise.

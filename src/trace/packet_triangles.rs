@@ -9,18 +9,18 @@
 //! The dense test permutes the axes of all 8 rays alike, so it is run for each axis on which some of them are longest.
 
 use super::one_ray::InPacket;
-use super::packet::{Found, LANES, Packet, groups, groups_of, splat3};
+use super::packet::{Found, LANES, Packet, RAYS, groups, groups_of, splat3};
 use super::shells::Shells;
-use super::triangle4::{RayLanes, edges4};
+use super::traverse_packet::Alike;
+use super::triangle4::{Boxes, RayLanes, edges4};
 use super::{Hit, SLAB_PAD, triangle};
-use crate::accel::{BLOCK, Tri4, least_area, triangle_bounds};
+use crate::accel::{BLOCK, Tri4};
 use crate::simd::{Isa, Vector, bits};
 
 /// Rays per vector of rays that are longest on the same axis, from which the dense way is the cheaper one.
 const DENSE: u32 = 3;
 
-/// Tests the rays in `mask`, whose directions are below 0 on the axes of `down`, against the blocks of a leaf. With `ANY`, rays that hit something leave `found.open`;
-/// else their best hits are replaced. Returns whether any did.
+/// Tests the rays in `mask` against the blocks of a leaf. With `ANY`, rays that hit something leave `found.open`; else their best hits are replaced. Returns whether any did.
 ///
 /// # Safety
 /// - The processor has the instruction set `I`.
@@ -28,7 +28,7 @@ const DENSE: u32 = 3;
 pub(super) unsafe fn intersect_leaf<I: Shells, const ANY: bool>(
     packet: &Packet,
     mask: u64,
-    down: [bool; 3],
+    alike: Alike,
     blocks: &[Tri4],
     object: u32,
     instance: u32,
@@ -47,7 +47,15 @@ pub(super) unsafe fn intersect_leaf<I: Shells, const ANY: bool>(
                 let these = mask & packet.dominant[axis];
                 if these != 0 {
                     // SAFETY: the caller's promise.
-                    any |= unsafe { dense_block::<I, ANY>(packet, these, axis, down, block, object, instance, found) };
+                    any |= unsafe {
+                        if alike.one_origin {
+                            dense_block::<I, ANY, true>(packet, these, axis, alike.down, block, object, instance, found)
+                        } else {
+                            dense_block::<I, ANY, false>(
+                                packet, these, axis, alike.down, block, object, instance, found,
+                            )
+                        }
+                    };
                 }
             }
         } else {
@@ -94,13 +102,13 @@ unsafe fn sparse_block<I: Shells, const ANY: bool>(
     any
 }
 
-/// 8 rays that are longest on `axis` against one triangle after the other.
+/// 8 rays that are longest on `axis` against one triangle after the other. With `ONE_ORIGIN` all rays of `mask` begin at one point.
 ///
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)] // one call, inlined
-unsafe fn dense_block<I: Isa, const ANY: bool>(
+unsafe fn dense_block<I: Isa, const ANY: bool, const ONE_ORIGIN: bool>(
     packet: &Packet,
     mask: u64,
     axis: usize,
@@ -111,7 +119,10 @@ unsafe fn dense_block<I: Isa, const ANY: bool>(
     found: &mut Found,
 ) -> bool {
     let (kz, kx, ky) = (axis % 3, (axis + 1) % 3, (axis + 2) % 3);
+    let first = mask.trailing_zeros() as usize % RAYS;
     let mut any = false;
+    // Of all its triangles at once, and only if some ray meets one.
+    let (mut boxes, mut boxed) = ([[0.0; BLOCK]; 7], false);
     for lane in 0..BLOCK {
         // A block that is not full repeats its last triangle.
         if lane > 0 && block.prims[lane] == block.prims[lane - 1] {
@@ -122,17 +133,25 @@ unsafe fn dense_block<I: Isa, const ANY: bool>(
             let mut corners = [[I::F8::splat(0.0); 3]; 3];
             for (to, from) in corners.iter_mut().zip(&block.corners) {
                 *to = splat3::<I>([from[kx][lane], from[ky][lane], from[kz][lane]]);
+                if ONE_ORIGIN {
+                    for (x, axis) in to.iter_mut().zip([kx, ky, kz]) {
+                        *x = x.sub(I::F8::splat(packet.org[axis][first / LANES][first % LANES]));
+                    }
+                }
             }
             for g in groups(mask) {
                 let here = (mask >> (LANES * g)) as u32 & 0xff;
-                let ox = I::F8::load(&packet.org[kx][g]);
-                let oy = I::F8::load(&packet.org[ky][g]);
-                let oz = I::F8::load(&packet.org[kz][g]);
-                let (sx, sy) = (I::F8::load(&packet.shear[0][g]), I::F8::load(&packet.shear[1][g]));
                 let mut sheared = corners;
+                if !ONE_ORIGIN {
+                    let (ox, oy) = (I::F8::load(&packet.org[kx][g]), I::F8::load(&packet.org[ky][g]));
+                    let oz = I::F8::load(&packet.org[kz][g]);
+                    for p in &mut sheared {
+                        *p = [p[0].sub(ox), p[1].sub(oy), p[2].sub(oz)];
+                    }
+                }
+                let (sx, sy) = (I::F8::load(&packet.shear[0][g]), I::F8::load(&packet.shear[1][g]));
                 for p in &mut sheared {
-                    let z = p[2].sub(oz);
-                    *p = [p[0].sub(ox).sub(sx.mul(z)), p[1].sub(oy).sub(sy.mul(z)), z];
+                    *p = [p[0].sub(sx.mul(p[2])), p[1].sub(sy.mul(p[2])), p[2]];
                 }
                 let [a, b, c] = sheared;
                 let u = c[0].mul(b[1]).sub(c[1].mul(b[0]));
@@ -146,7 +165,10 @@ unsafe fn dense_block<I: Isa, const ANY: bool>(
                 }
                 // `triangle::weigh`, computed for all and used where it is good. As in `triangle::all_exact`, NaN fails.
                 let infinity = I::F8::splat(f32::INFINITY);
-                let bounds = triangle_bounds(block.corners(lane));
+                if !boxed {
+                    boxed = true;
+                    Boxes::<I>::new(block).store(&mut boxes);
+                }
                 let det = u.add(v).add(w);
                 let inv_det = I::F8::splat(1.0).div(det);
                 let scale = I::F8::load(&packet.shear[2][g]);
@@ -158,7 +180,7 @@ unsafe fn dense_block<I: Isa, const ANY: bool>(
                     & au.lt(infinity)
                     & av.lt(infinity)
                     & aw.lt(infinity)
-                    & I::F8::splat(least_area(&bounds)).le(size)
+                    & I::F8::splat(boxes[6][lane]).le(size)
                     & size.lt(infinity)
                     & I::F8::splat(triangle::LEAST_NUMERATOR).le(top)
                     & top.lt(infinity);
@@ -176,9 +198,9 @@ unsafe fn dense_block<I: Isa, const ANY: bool>(
                 for (k, down) in down.into_iter().enumerate() {
                     let org = I::F8::load(&packet.org[k][g]);
                     let inv = I::F8::load(&packet.inv_dir[k][g]);
-                    let (near, far) = if down { (bounds.hi[k], bounds.lo[k]) } else { (bounds.lo[k], bounds.hi[k]) };
-                    enter = I::F8::splat(near).sub(org).mul(inv).max(enter);
-                    exit = I::F8::splat(far).sub(org).mul(inv).min(exit);
+                    let (near, far) = if down { (3 + k, k) } else { (k, 3 + k) };
+                    enter = I::F8::splat(boxes[near][lane]).sub(org).mul(inv).max(enter);
+                    exit = I::F8::splat(boxes[far][lane]).sub(org).mul(inv).min(exit);
                 }
                 let exit = exit.mul(I::F8::splat(SLAB_PAD));
                 let meets = enter.le(exit) & t.le(t);
@@ -186,7 +208,7 @@ unsafe fn dense_block<I: Isa, const ANY: bool>(
                 let limit = I::F8::load(&found.t[g]);
                 let tmin = I::F8::load(&packet.tmin[g]);
                 let hits = candidates & meets & tmin.le(t) & t.le(limit);
-                if hits == 0 || bounds.is_empty() {
+                if hits == 0 {
                     continue;
                 }
                 if ANY {

@@ -16,7 +16,7 @@ use super::packet_boxes::Slabs;
 use super::packet_triangles::intersect_leaf;
 use super::shells::Shells;
 use super::traverse_bvh::{Lead, SlabLanes, Tree, descend};
-use super::traverse_packet::{Leaves, Nodes, traverse_packet};
+use super::traverse_packet::{Alike, Leaves, Nodes, traverse_packet};
 use super::triangle4::RayLanes;
 use super::{Hit, PreparedRay};
 use crate::accel::{ChildRef, LazyBlock, LazyBvh, LazyPart, MAX_LEAF_BLOCKS, Node8, Tri4};
@@ -234,7 +234,7 @@ impl<I: Shells, const ANY: bool> Leaves<I> for LazyLeaves<'_, ANY> {
     }
 
     #[inline(always)]
-    unsafe fn test(&mut self, leaf: ChildRef, mask: u64, down: [bool; 3], found: &mut Found) -> bool {
+    unsafe fn test(&mut self, leaf: ChildRef, mask: u64, alike: Alike, found: &mut Found) -> bool {
         let Self { view, packet, numbers } = *self;
         // SAFETY: the caller's promise; the leaf is a run of blocks, or a segment.
         unsafe {
@@ -251,7 +251,7 @@ impl<I: Shells, const ANY: bool> Leaves<I> for LazyLeaves<'_, ANY> {
             }
             // A leaf has no more than MAX_LEAF_BLOCKS.
             let blocks = std::slice::from_raw_parts(blocks.as_ptr().cast::<Tri4>(), run.len());
-            intersect_leaf::<I, ANY>(packet, mask, down, blocks, numbers.0, numbers.1, found) && !ANY
+            intersect_leaf::<I, ANY>(packet, mask, alike, blocks, numbers.0, numbers.1, found) && !ANY
         }
     }
 

@@ -23,7 +23,7 @@
 //! packets share what they fetch. Rays of packets that soon fall apart take turns instead ([`super::turns`]).
 
 use super::packet::{Found, groups_of};
-use super::packet_boxes::{Bounds, Slabs, best_range, entering, ray_by_ray, still_before};
+use super::packet_boxes::{Bounds, Slabs, best_range, ray_by_ray, still_before};
 use super::stack::STACK;
 use crate::accel::{ChildRef, Node8, WIDTH};
 use crate::simd::{Isa, Vector, bits};
@@ -42,6 +42,15 @@ struct Pending {
     rays: u64,
     enter: f32,
     child: ChildRef,
+}
+
+/// What rays that go together have in common.
+#[derive(Clone, Copy)]
+pub(super) struct Alike {
+    /// The axes on which their directions are below 0.
+    pub down: [bool; 3],
+    /// Whether all begin at one point.
+    pub one_origin: bool,
 }
 
 /// Where the nodes of a tree are.
@@ -73,11 +82,11 @@ pub(super) trait Leaves<I: Isa> {
         None
     }
 
-    /// Tests the rays of `mask`, of one octant, against a leaf. Returns whether a best hit was replaced.
+    /// Tests the rays of `mask` against a leaf. Returns whether a best hit was replaced.
     ///
     /// # Safety
     /// - The processor has the instruction set `I`; `leaf` is of the tree.
-    unsafe fn test(&mut self, leaf: ChildRef, mask: u64, down: [bool; 3], found: &mut Found) -> bool;
+    unsafe fn test(&mut self, leaf: ChildRef, mask: u64, alike: Alike, found: &mut Found) -> bool;
 
     /// One ray from `child` down.
     ///
@@ -162,6 +171,7 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
     // one reference by at most WIDTH, so the stack holds at most STACK, and entries below `depth` have been written.
     unsafe {
         let bounds = Bounds::<I>::new(slabs, mask, down);
+        let alike = Alike { down, one_origin: bounds.one_origin };
         // Of the best distances.
         let (mut least, greatest) = best_range::<I>(found, mask);
         let mut farthest = I::F8::splat(greatest);
@@ -177,7 +187,7 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
             }
             if child.is_leaf() {
                 let Some(node) = leaves.lead(child) else {
-                    if leaves.test(child, rays, down, found) {
+                    if leaves.test(child, rays, alike, found) {
                         let (nearest, greatest) = best_range::<I>(found, mask);
                         (least, farthest) = (nearest, I::F8::splat(greatest));
                     }
@@ -202,11 +212,8 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
             }
             if in_lanes {
                 for lane in bits(u64::from(candidates)).map(|lane| lane % WIDTH) {
-                    let entering = if by_all >> lane & 1 == 1 {
-                        rays
-                    } else {
-                        entering::<I>(slabs, found, rays, node, lane, bounds.near)
-                    };
+                    let entering =
+                        if by_all >> lane & 1 == 1 { rays } else { bounds.entering(slabs, found, rays, node, lane) };
                     if entering != 0 {
                         let next = Pending { rays: entering, enter: distance[lane], child: node.children[lane] };
                         leaves.prefetch(next.child);

@@ -140,11 +140,7 @@ pub(super) unsafe fn resolve<I: Isa, const ANY: bool, R: OneRay>(
         if candidates == 0 {
             return false;
         }
-        // `triangle_bounds` and `least_area` of triangles whose corners are finite and in range, as all in a block are but those
-        // that have become NaN (which make sums that are not good).
-        let (lo, hi) = bounds4::<I>(block);
-        let side = hi[0].sub(lo[0]).max(hi[1].sub(lo[1])).max(hi[2].sub(lo[2]));
-        let least_area = side.mul(side).mul(I::F4::splat(LEAST_SEEN)).add(I::F4::splat(f32::MIN_POSITIVE));
+        let Boxes { lo, hi, least_area } = Boxes::<I>::new(block);
         let good = zero.lt(u.abs().min(v.abs()).min(w.abs()))
             & least_area.le(size)
             & size.lt(infinity)
@@ -190,31 +186,57 @@ pub(super) unsafe fn resolve<I: Isa, const ANY: bool, R: OneRay>(
     found
 }
 
-/// `triangle_bounds` of four triangles whose corners are finite and in range.
-///
-/// # Safety
-/// - The processor has the instruction set `I`.
-#[inline(always)]
-unsafe fn bounds4<I: Isa>(block: &Tri4) -> ([I::F4; 3], [I::F4; 3]) {
-    // SAFETY: the caller's promise.
-    unsafe {
-        // No closures or `map`: they would be functions without the instruction set.
-        let zero = [I::F4::splat(0.0); 3];
-        let (mut lo, mut hi, mut pad) = (zero, zero, zero);
-        let mut extent = zero[0];
-        for k in 0..3 {
-            let [a, b, c] = &block.corners;
-            let (a, b, c) = (I::F4::load(&a[k]), I::F4::load(&b[k]), I::F4::load(&c[k]));
-            (lo[k], hi[k]) = (a.min(b).min(c), a.max(b).max(c));
-            extent = hi[k].sub(lo[k]).max(extent);
-            pad[k] = lo[k].abs().max(hi[k].abs()).mul(I::F4::splat(PAD_ULP));
+/// `triangle_bounds` and `least_area` of four triangles. Their corners must be finite and in range, as all in a block are but those that have
+/// become NaN (which make edge functions that are not good).
+pub(super) struct Boxes<I: Isa> {
+    lo: [I::F4; 3],
+    hi: [I::F4; 3],
+    least_area: I::F4,
+}
+
+impl<I: Isa> Boxes<I> {
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    pub(super) unsafe fn new(block: &Tri4) -> Self {
+        // SAFETY: the caller's promise.
+        unsafe {
+            // No closures or `map`: they would be functions without the instruction set.
+            let zero = [I::F4::splat(0.0); 3];
+            let (mut lo, mut hi, mut pad) = (zero, zero, zero);
+            let mut extent = zero[0];
+            for k in 0..3 {
+                let [a, b, c] = &block.corners;
+                let (a, b, c) = (I::F4::load(&a[k]), I::F4::load(&b[k]), I::F4::load(&c[k]));
+                (lo[k], hi[k]) = (a.min(b).min(c), a.max(b).max(c));
+                extent = hi[k].sub(lo[k]).max(extent);
+                pad[k] = lo[k].abs().max(hi[k].abs()).mul(I::F4::splat(PAD_ULP));
+            }
+            let extent = extent.mul(I::F4::splat(PAD_EXTENT));
+            for k in 0..3 {
+                let pad = extent.add(pad[k]).add(I::F4::splat(PAD_ABSOLUTE));
+                (lo[k], hi[k]) = (lo[k].sub(pad), hi[k].add(pad));
+            }
+            let side = hi[0].sub(lo[0]).max(hi[1].sub(lo[1])).max(hi[2].sub(lo[2]));
+            let least_area = side.mul(side).mul(I::F4::splat(LEAST_SEEN)).add(I::F4::splat(f32::MIN_POSITIVE));
+            Self { lo, hi, least_area }
         }
-        let extent = extent.mul(I::F4::splat(PAD_EXTENT));
-        for k in 0..3 {
-            let pad = extent.add(pad[k]).add(I::F4::splat(PAD_ABSOLUTE));
-            (lo[k], hi[k]) = (lo[k].sub(pad), hi[k].add(pad));
+    }
+
+    /// The rows of `lo`, of `hi`, and `least_area`.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    pub(super) unsafe fn store(self, to: &mut [[f32; BLOCK]; 7]) {
+        // SAFETY: the caller's promise.
+        unsafe {
+            for k in 0..3 {
+                self.lo[k].store(&mut to[k]);
+                self.hi[k].store(&mut to[3 + k]);
+            }
+            self.least_area.store(&mut to[6]);
         }
-        (lo, hi)
     }
 }
 

@@ -147,17 +147,21 @@ struct Turns<'a, I: Isa> {
 #[inline(never)]
 fn rarely() {}
 
-/// Whether the directions of the rays in `mask`, all of one octant, differ much.
+/// Whether the directions of the rays in `mask`, all of one octant, differ much: those of its first and last groups.
 ///
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
 pub(super) unsafe fn differ_much<I: Isa>(packet: &Packet, mask: u64) -> bool {
+    let ends = [
+        mask.trailing_zeros() as usize / LANES % GROUPS,
+        mask.leading_zeros() as usize / LANES % GROUPS ^ (GROUPS - 1),
+    ];
     // SAFETY: the caller's promise.
     unsafe {
         let (infinity, zero) = (I::F8::splat(f32::INFINITY), I::F8::splat(0.0));
         let (mut least, mut most) = ([infinity; 3], [zero; 3]);
-        for g in groups(mask) {
+        for g in ends {
             let here = (mask >> (LANES * g)) as u32;
             let [x, y, z] = load3::<I>(&packet.dir, g);
             let (x, y, z) = (x.abs(), y.abs(), z.abs());
