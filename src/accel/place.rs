@@ -34,6 +34,8 @@ pub(super) struct Placed {
     pub boxed: Vec<u32>,
     /// See [`super::TwoLevel::origin_error`].
     pub origin_error: Mat3,
+    /// See [`super::TwoLevel::some_untransformed`].
+    pub some_untransformed: bool,
     /// Of all records.
     pub triangles: u64,
     fates: Vec<Fate>,
@@ -62,14 +64,19 @@ enum Fate {
 /// What is gathered over the instances.
 struct Sum {
     error: DMat3,
+    untransformed: bool,
     triangles: u64,
 }
 
 impl Sum {
-    const ZERO: Sum = Sum { error: DMat3::ZERO, triangles: 0 };
+    const ZERO: Sum = Sum { error: DMat3::ZERO, untransformed: false, triangles: 0 };
 
     fn join(self, other: Self) -> Self {
-        Self { error: larger(self.error, other.error), triangles: self.triangles + other.triangles }
+        Self {
+            error: larger(self.error, other.error),
+            untransformed: self.untransformed | other.untransformed,
+            triangles: self.triangles + other.triangles,
+        }
     }
 }
 
@@ -158,6 +165,7 @@ impl Placed {
                     (Space::Merged, Fate::Merged)
                 }
             };
+            sum.untransformed |= !matches!(space, Space::Object { .. });
             *record = InstanceRecord { instance: number as u32, slot, object, world_from_object, space };
             sum.triangles += triangles;
             fate
@@ -180,6 +188,7 @@ impl Placed {
         };
         // Rounding to f32 is covered by the slack in the error's constant.
         self.origin_error = sum.error.as_mat3();
+        self.some_untransformed = sum.untransformed;
         self.triangles = sum.triangles;
 
         // Taking out is rare: one object that is not there, one matrix that is singular.

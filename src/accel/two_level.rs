@@ -196,6 +196,12 @@ impl TwoLevel {
         &self.placed.origin_error
     }
 
+    /// Whether some instances are met by rays as they are in the world: those in world space and merged ones.
+    #[inline(always)]
+    pub fn some_untransformed(&self) -> bool {
+        self.placed.some_untransformed
+    }
+
     /// What rays have had brought up to date since the last update, in objects of [`Strategy::Lazy`] and in those that waited for one: subtrees, and nodes in
     /// them; of [`Strategy::VisibilityField`]: subfields, and references in them.
     pub fn touched(&self) -> (u64, u64) {

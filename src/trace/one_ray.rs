@@ -1,17 +1,21 @@
 //! One ray as the kernels for one ray read it: alone, or where it is in a packet.
 
 use super::PreparedRay;
-use super::packet::{GROUPS, LANES, Packet};
+use super::packet::{Packet, RAYS, Rows};
 
 /// One ray as the kernels for one ray read it: alone, or out of a packet.
 pub(super) trait OneRay: Copy {
     fn org(self, axis: usize) -> f32;
+    /// The origin, its numbers in the order of `axes`, each below 3.
+    fn permuted_org(self, axes: [usize; 3]) -> [f32; 3];
     fn inv_dir(self, axis: usize) -> f32;
+    /// Whether `inv_dir` is below 0.
+    fn is_down(self, axis: usize) -> bool;
     fn tmin(self) -> f32;
     /// See [`PreparedRay::shear`].
     fn shear(self, i: usize) -> f32;
-    /// See [`PreparedRay::axis`]; every number is below 3.
-    fn axes(self) -> [usize; 3];
+    /// The last of [`PreparedRay::axis`].
+    fn longest_axis(self) -> usize;
     /// Everything at once, for the scalar test; `tmax` in the place of its own end.
     fn prepared(self, tmax: f32) -> PreparedRay;
 }
@@ -22,8 +26,18 @@ impl OneRay for &PreparedRay {
         self.org[axis]
     }
     #[inline(always)]
+    fn permuted_org(self, axes: [usize; 3]) -> [f32; 3] {
+        // Indexing an array of four by two bits needs neither branch nor check.
+        let org = [self.org.x, self.org.y, self.org.z, 0.0];
+        [org[axes[0] & 3], org[axes[1] & 3], org[axes[2] & 3]]
+    }
+    #[inline(always)]
     fn inv_dir(self, axis: usize) -> f32 {
         self.inv_dir[axis]
+    }
+    #[inline(always)]
+    fn is_down(self, axis: usize) -> bool {
+        self.inv_dir[axis] < 0.0
     }
     #[inline(always)]
     fn tmin(self) -> f32 {
@@ -34,8 +48,8 @@ impl OneRay for &PreparedRay {
         self.shear[i]
     }
     #[inline(always)]
-    fn axes(self) -> [usize; 3] {
-        self.axis
+    fn longest_axis(self) -> usize {
+        self.axis[2]
     }
     #[inline(always)]
     fn prepared(self, tmax: f32) -> PreparedRay {
@@ -43,22 +57,23 @@ impl OneRay for &PreparedRay {
     }
 }
 
-/// Ray `r` of a packet.
+/// Ray `r` of a packet, whose directions are below 0 on the axes of `down`: known for many rays at once.
 #[derive(Clone, Copy)]
 pub(super) struct InPacket<'a> {
     packet: &'a Packet,
     r: usize,
+    down: [bool; 3],
 }
 
 impl<'a> InPacket<'a> {
     #[inline(always)]
-    pub(super) fn new(packet: &'a Packet, r: usize) -> Self {
-        Self { packet, r: r % (GROUPS * LANES) }
+    pub(super) fn new(packet: &'a Packet, r: usize, down: [bool; 3]) -> Self {
+        Self { packet, r: r % RAYS, down }
     }
 
     #[inline(always)]
-    fn of(self, rows: &[[f32; LANES]; GROUPS]) -> f32 {
-        rows[self.r / LANES % GROUPS][self.r % LANES]
+    fn of(self, rows: &Rows) -> f32 {
+        rows.as_flattened()[self.r % RAYS]
     }
 }
 
@@ -68,8 +83,16 @@ impl OneRay for InPacket<'_> {
         self.of(&self.packet.org[axis])
     }
     #[inline(always)]
+    fn permuted_org(self, axes: [usize; 3]) -> [f32; 3] {
+        [self.org(axes[0]), self.org(axes[1]), self.org(axes[2])]
+    }
+    #[inline(always)]
     fn inv_dir(self, axis: usize) -> f32 {
         self.of(&self.packet.inv_dir[axis])
+    }
+    #[inline(always)]
+    fn is_down(self, axis: usize) -> bool {
+        self.down[axis]
     }
     #[inline(always)]
     fn tmin(self) -> f32 {
@@ -80,10 +103,8 @@ impl OneRay for InPacket<'_> {
         self.of(&self.packet.shear[i])
     }
     #[inline(always)]
-    fn axes(self) -> [usize; 3] {
-        const NEXT: [usize; 5] = [0, 1, 2, 0, 1];
-        let z = self.packet.axis(self.r);
-        [NEXT[z + 1], NEXT[z + 2], NEXT[z]]
+    fn longest_axis(self) -> usize {
+        self.packet.axis(self.r)
     }
     #[inline(always)]
     fn prepared(self, tmax: f32) -> PreparedRay {

@@ -34,6 +34,8 @@ pub(super) struct Packet {
     pub negative: [u64; 3],
     /// Per axis, the rays whose direction is longest there.
     pub dominant: [u64; 3],
+    /// That axis of each ray.
+    longest: [[u8; LANES]; GROUPS],
     /// The rays that can hit anything (see [`PreparedRay::new`]).
     pub usable: u64,
 }
@@ -92,6 +94,45 @@ pub(super) unsafe fn splat3<I: Isa>(v: [f32; 3]) -> [I::F8; 3] {
     unsafe { [I::F8::splat(v[0]), I::F8::splat(v[1]), I::F8::splat(v[2])] }
 }
 
+/// Up to eight rays, the last one repeated: eight vectors of one number of each.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+pub(super) unsafe fn transposed<I: Isa>(rays: &[Ray]) -> [I::F8; 8] {
+    // SAFETY: the caller's promise.
+    unsafe { transposed_by::<I>(rays.len(), |l| &rays[l]) }
+}
+
+/// [`transposed`], of the rays that `ray` names.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+unsafe fn transposed_by<'a, I: Isa>(count: usize, ray: impl Fn(usize) -> &'a Ray) -> [I::F8; 8] {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let mut rows = [I::F8::splat(0.0); LANES];
+        for (l, row) in rows.iter_mut().enumerate() {
+            *row = I::F8::load(&ray(l.min(count - 1)).numbers());
+        }
+        I::F8::transpose(rows)
+    }
+}
+
+/// The directions of usual length (see [`super::tracer`]). What is told of a NaN means nothing: such a ray hits nothing either way.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(always)]
+pub(super) unsafe fn is_usual<I: Isa>([x, y, z]: [I::F8; 3]) -> u32 {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let longest = x.abs().max(y.abs().max(z.abs()));
+        I::F8::splat(*USUAL_LENGTH.start()).le(longest) & longest.le(I::F8::splat(*USUAL_LENGTH.end()))
+    }
+}
+
 /// A bit per group that has a ray in `mask`: bit 0 of each byte.
 #[inline(always)]
 pub(super) fn groups_of(mask: u64) -> u64 {
@@ -110,6 +151,7 @@ impl Packet {
             tmin: rows,
             negative: [0; 3],
             dominant: [0; 3],
+            longest: [[0; LANES]; GROUPS],
             usable: 0,
         }
     }
@@ -123,17 +165,19 @@ impl Packet {
     pub(super) unsafe fn gather<I: Isa>(&mut self, found: &mut Found, rays: &[Ray], which: &[u16]) {
         let count = which.len();
         assert!((1..=RAYS).contains(&count), "a packet has 1 to 64 rays");
-        let last = which[count - 1];
         for (g, run) in which.chunks(LANES).enumerate() {
-            let ray = |l: usize| &rays[usize::from(*run.get(l).unwrap_or(&last))];
             // SAFETY: the caller's promise.
-            unsafe { self.turn::<I>(found, g, [ray(0), ray(1), ray(2), ray(3), ray(4), ray(5), ray(6), ray(7)]) };
+            unsafe {
+                let rows = transposed_by::<I>(run.len(), |l| &rays[usize::from(run[l])]);
+                self.store::<I>(found, g, rows);
+            }
         }
         // SAFETY: the caller's promise.
         unsafe { self.begin::<I>(found, u64::MAX >> (RAYS - count)) };
     }
 
-    /// Takes in `rays`, at most 64 and at least one, and returns true if their directions are of usual length (see [`super::tracer`]) and have the same signs.
+    /// Takes in `rays`, at most 64 and at least one. Returns whether their directions are of usual length (see [`super::tracer`]) and have the
+    /// same signs.
     ///
     /// # Safety
     /// - The processor has the instruction set `I`.
@@ -141,33 +185,26 @@ impl Packet {
     pub(super) unsafe fn gather_alike<I: Isa>(&mut self, found: &mut Found, rays: &[Ray]) -> bool {
         let count = rays.len();
         assert!((1..=RAYS).contains(&count), "a packet has 1 to 64 rays");
-        let last = &rays[count - 1];
-        for (g, run) in rays.chunks(LANES).enumerate() {
-            let ray = |l: usize| run.get(l).unwrap_or(last);
-            // SAFETY: the caller's promise.
-            unsafe { self.turn::<I>(found, g, [ray(0), ray(1), ray(2), ray(3), ray(4), ray(5), ray(6), ray(7)]) };
-        }
         let mask = u64::MAX >> (RAYS - count);
         // SAFETY: the caller's promise.
         unsafe {
+            for (g, run) in rays.chunks(LANES).enumerate() {
+                self.store::<I>(found, g, transposed::<I>(run));
+            }
             self.begin::<I>(found, mask);
             self.usual::<I>(mask) == mask && self.negative.iter().all(|n| n & mask == 0 || n & mask == mask)
         }
     }
 
-    /// Eight rays become the lanes of group `g`.
+    /// Eight rays, as their eight numbers, become the lanes of group `g`.
     ///
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    unsafe fn turn<I: Isa>(&mut self, found: &mut Found, g: usize, rays: [&Ray; LANES]) {
+    unsafe fn store<I: Isa>(&mut self, found: &mut Found, g: usize, rows: [I::F8; 8]) {
+        let [ox, oy, oz, tmin, dx, dy, dz, tmax] = rows;
         // SAFETY: the caller's promise.
         unsafe {
-            let mut rows = [I::F8::splat(0.0); LANES];
-            for (row, ray) in rows.iter_mut().zip(rays) {
-                *row = I::F8::load(&ray.numbers());
-            }
-            let [ox, oy, oz, tmin, dx, dy, dz, tmax] = I::F8::transpose(rows);
             for (k, (org, dir)) in [(ox, dx), (oy, dy), (oz, dz)].into_iter().enumerate() {
                 org.store(&mut self.org[k][g]);
                 dir.store(&mut self.dir[k][g]);
@@ -188,14 +225,9 @@ impl Packet {
     #[inline(always)]
     unsafe fn usual<I: Isa>(&self, mask: u64) -> u64 {
         let mut usual = 0;
-        // SAFETY: the caller's promise.
-        unsafe {
-            let (least, most) = (I::F8::splat(*USUAL_LENGTH.start()), I::F8::splat(*USUAL_LENGTH.end()));
-            for g in groups(mask) {
-                let [x, y, z] = load3::<I>(&self.dir, g);
-                let longest = x.abs().max(y.abs().max(z.abs()));
-                usual |= u64::from(least.le(longest) & longest.le(most)) << (LANES * g);
-            }
+        for g in groups(mask) {
+            // SAFETY: the caller's promise.
+            usual |= unsafe { u64::from(is_usual::<I>(load3::<I>(&self.dir, g))) } << (LANES * g);
         }
         usual & mask
     }
@@ -229,7 +261,8 @@ impl Packet {
         mask & !usual
     }
 
-    /// The rays of `mask` are taken in: those with an interval that is not empty begin to search.
+    /// The rays of `mask` are taken in: those with an interval that is not empty begin to search. For triangle tests they are to be
+    /// [prepared](Packet::prepare_triangles) yet.
     ///
     /// # Safety
     /// - The processor has the instruction set `I`.
@@ -237,7 +270,7 @@ impl Packet {
     unsafe fn begin<I: Isa>(&mut self, found: &mut Found, mask: u64) {
         // SAFETY: the caller's promise.
         unsafe {
-            self.prepare::<I>(mask);
+            self.prepare_boxes::<I>(mask);
             let mut interval = 0;
             for g in groups(mask) {
                 let holds = I::F8::load(&self.tmin[g]).le(I::F8::load(&found.t[g]));
@@ -248,7 +281,8 @@ impl Packet {
         found.open = self.usable;
     }
 
-    /// Makes this the packet of `rays`' space seen from an instance, for the groups that have a ray in `mask`.
+    /// Makes this the packet of `rays`' space seen from an instance, for the groups that have a ray in `mask`. For triangle tests they are to be
+    /// [prepared](Packet::prepare_triangles) yet.
     ///
     /// # Safety
     /// - The processor has the instruction set `I`.
@@ -269,52 +303,73 @@ impl Packet {
                 }
                 self.tmin[g] = rays.tmin[g];
             }
-            self.prepare::<I>(mask);
+            self.prepare_boxes::<I>(mask);
         }
     }
 
-    /// Everything that follows from origins, directions and `tmin`.
+    /// What box tests need that follows from origins and directions, and which rays can hit anything.
     ///
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    unsafe fn prepare<I: Isa>(&mut self, mask: u64) {
-        let (mut negative, mut dominant, mut usable) = ([0u64; 3], [0u64; 3], 0u64);
+    unsafe fn prepare_boxes<I: Isa>(&mut self, mask: u64) {
+        let (mut negative, mut usable) = ([0u64; 3], 0u64);
         // SAFETY: the caller's promise.
         unsafe {
             let (one, zero, most) = (I::F8::splat(1.0), I::F8::splat(0.0), I::F8::splat(f32::MAX));
             let range = I::F8::splat(MAX_COORDINATE);
             for g in groups(mask) {
-                let [x, y, z] = load3::<I>(&self.dir, g);
-                let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+                let dir = load3::<I>(&self.dir, g);
                 let at = LANES * g;
-                // The first of the largest, as in `PreparedRay::new`: x if it is not below the others, then y.
-                let others = ay.max(az);
-                let is_x = others.le(ax);
-                let is_y = az.le(ay) & !is_x;
-                dominant[0] |= u64::from(is_x) << at;
-                dominant[1] |= u64::from(is_y) << at;
-                dominant[2] |= u64::from(!(is_x | is_y) & 0xff) << at;
-                let depth = others.select_le(ax, x, az.select_le(ay, y, z));
-                let first = others.select_le(ax, y, az.select_le(ay, z, x));
-                let second = others.select_le(ax, z, az.select_le(ay, x, y));
-                first.div(depth).store(&mut self.shear[0][g]);
-                second.div(depth).store(&mut self.shear[1][g]);
-                one.div(depth).store(&mut self.shear[2][g]);
-                let dir = [x, y, z];
                 for k in 0..3 {
                     let inv = one.div(dir[k]).max(zero.sub(most)).min(most);
                     inv.store(&mut self.inv_dir[k][g]);
                     negative[k] |= u64::from(inv.lt(zero)) << at;
                 }
-                let mut good = I::F8::splat(MIN_DIRECTION).le(depth.abs()) & ax.add(ay).add(az).le(most);
+                let (ax, ay, az) = (dir[0].abs(), dir[1].abs(), dir[2].abs());
+                // Of a NaN the sum is one.
+                let longest = ax.max(ay.max(az));
+                let mut good = I::F8::splat(MIN_DIRECTION).le(longest) & ax.add(ay).add(az).le(most);
                 for k in 0..3 {
                     good &= I::F8::load(&self.org[k][g]).abs().le(range);
                 }
                 usable |= u64::from(good) << at;
             }
         }
-        (self.negative, self.dominant, self.usable) = (negative, dominant, usable & mask);
+        (self.negative, self.usable) = (negative, usable & mask);
+    }
+
+    /// What only triangle tests need of the rays in `mask`: to be asked for once it is known that they come to some.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    pub(super) unsafe fn prepare_triangles<I: Isa>(&mut self, mask: u64) {
+        let mut dominant = [0u64; 3];
+        // SAFETY: the caller's promise.
+        unsafe {
+            for g in groups(mask) {
+                let [x, y, z] = load3::<I>(&self.dir, g);
+                let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+                // The first of the largest, as in `PreparedRay::new`: x if it is not below the others, then y.
+                let others = ay.max(az);
+                let is_x = others.le(ax);
+                let is_y = az.le(ay) & !is_x;
+                let is_z = !(is_x | is_y) & 0xff;
+                let at = LANES * g;
+                dominant[0] |= u64::from(is_x) << at;
+                dominant[1] |= u64::from(is_y) << at;
+                dominant[2] |= u64::from(is_z) << at;
+                self.longest[g] = (spread(is_y) | spread(is_z) << 1).to_le_bytes();
+                let depth = others.select_le(ax, x, az.select_le(ay, y, z));
+                let first = others.select_le(ax, y, az.select_le(ay, z, x));
+                let second = others.select_le(ax, z, az.select_le(ay, x, y));
+                first.div(depth).store(&mut self.shear[0][g]);
+                second.div(depth).store(&mut self.shear[1][g]);
+                I::F8::splat(1.0).div(depth).store(&mut self.shear[2][g]);
+            }
+        }
+        self.dominant = dominant;
     }
 
     /// Ray `r` alone. `tmax` may be its best distance so far instead of its own end.
@@ -337,6 +392,13 @@ impl Packet {
     /// The axis on which ray `r` is longest.
     #[inline(always)]
     pub(super) fn axis(&self, r: usize) -> usize {
-        ((self.dominant[1] >> r & 1) + 2 * (self.dominant[2] >> r & 1)) as usize
+        usize::from(self.longest.as_flattened()[r % RAYS])
     }
+}
+
+/// Bit `i` of the lowest byte to bit `8 i`.
+#[inline(always)]
+pub(super) fn spread(byte: u32) -> u64 {
+    let byte = u64::from(byte);
+    (((byte & 0x7f) * 0x0002_0408_1020_4081) | ((byte & 0x80) << 49)) & 0x0101_0101_0101_0101
 }

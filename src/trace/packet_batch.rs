@@ -8,17 +8,18 @@
 //! Mrays/s. Runs of 1024 to 4096 are alike. Sorting by the longest axis as well, within runs of 4096, made bounces 5 to 15 % slower: it tears
 //! neighbours apart. Rays come in by transposing eight at a time: a tenth of a camera ray's instructions less than number by number.
 
-use super::packet::RAYS;
+use super::packet::{LANES, RAYS, is_usual, spread, transposed};
 use super::packet_scene::{Scratch, traverse};
 use super::shells::Shells;
-use super::tracer::is_usual;
 use super::{Hit, Kernels, Ray};
 use crate::accel::TwoLevel;
+use crate::simd::{Isa, Vector};
 
 /// Rays that are sorted together.
 const RUN: usize = 2048;
-/// The octant of a ray that is left out.
+/// In the place of an octant: a ray that is left out, and one that has been traced.
 const UNUSUAL: u8 = 8;
+const TRACED: u8 = 9;
 
 /// Calls `answer(i, hit)` for every ray of usual length (see `Tracer`); with `ANY`, `hit` only tells whether something was hit. Returns whether all are.
 ///
@@ -34,38 +35,42 @@ pub(super) unsafe fn trace_many<I: Shells, const ANY: bool>(
     let mut all_usual = true;
     let mut scratch = Scratch::new();
     let mut octants = [0u8; RUN];
-    let (mut order, mut mixed) = ([0u16; RUN], [0u16; RUN]);
+    let mut order = [0u16; RUN];
     for (run, rays) in rays.chunks(RUN).enumerate() {
-        let mut left = 0;
-        for (c, neighbours) in (0..).zip(rays.chunks(RAYS)) {
-            let first = RAYS * c;
+        let mut all_traced = true;
+        for (c, (neighbours, octants)) in rays.chunks(RAYS).zip(octants.chunks_mut(RAYS)).enumerate() {
             // SAFETY: the caller's promise.
             if seem_alike(neighbours) && unsafe { scratch.world.gather_alike::<I>(&mut scratch.found, neighbours) } {
                 // SAFETY: the caller's promise.
                 unsafe { traverse::<I, ANY>(world, kernels, &mut scratch) };
                 for slot in 0..neighbours.len() {
-                    answer(RUN * run + first + slot, scratch.answer::<ANY>(slot));
+                    answer(RUN * run + RAYS * c + slot, scratch.answer::<ANY>(slot));
                 }
+                octants.fill(TRACED);
             } else {
-                for i in first..first + neighbours.len() {
-                    mixed[left] = i as u16;
-                    left += 1;
+                all_traced = false;
+                for (rays, octants) in neighbours.chunks(LANES).zip(octants.chunks_exact_mut(LANES)) {
+                    // SAFETY: the caller's promise.
+                    octants.copy_from_slice(&unsafe { octants_of::<I>(rays) });
                 }
             }
         }
-        // A counting sort.
-        let mut counts = [0usize; 9];
-        for (to, &i) in octants.iter_mut().zip(&mixed[..left]) {
-            *to = octant(&rays[usize::from(i)]);
-            counts[usize::from(*to)] += 1;
+        if all_traced {
+            continue;
         }
-        let mut next = [0usize; 9];
-        for octant in 1..9 {
+        // A counting sort.
+        let octants = &octants[..rays.len()];
+        let mut counts = [0usize; 16];
+        for octant in octants {
+            counts[usize::from(octant & 15)] += 1;
+        }
+        let mut next = [0usize; 16];
+        for octant in 1..=usize::from(TRACED) {
             next[octant] = next[octant - 1] + counts[octant - 1];
         }
-        for (&i, &octant) in mixed[..left].iter().zip(&octants) {
-            let at = &mut next[usize::from(octant)];
-            order[*at] = i;
+        for (i, octant) in (0..).zip(octants) {
+            let at = &mut next[usize::from(octant & 15)];
+            order[*at % RUN] = i;
             *at += 1;
         }
         all_usual &= counts[usize::from(UNUSUAL)] == 0;
@@ -96,12 +101,18 @@ fn seem_alike(rays: &[Ray]) -> bool {
     of_first == signs(last) && of_first == signs(&rays[rays.len() / 2])
 }
 
-/// 0 to 7 by the signs of the direction.
+/// 0 to 7 by the signs of the direction, or [`UNUSUAL`], of up to eight rays.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
 #[inline(always)]
-fn octant(ray: &Ray) -> u8 {
-    if !is_usual(ray) {
-        return UNUSUAL;
+unsafe fn octants_of<I: Isa>(rays: &[Ray]) -> [u8; LANES] {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let [_, _, _, _, x, y, z, _] = transposed::<I>(rays);
+        let zero = I::F8::splat(0.0);
+        let octants = spread(x.lt(zero)) | spread(y.lt(zero)) << 1 | spread(z.lt(zero)) << 2;
+        let unusual = spread(!is_usual::<I>([x, y, z]) & 0xff);
+        ((octants & !(7 * unusual)) | unusual * u64::from(UNUSUAL)).to_le_bytes()
     }
-    let bit = |d: f32| (d.to_bits() >> 31) as u8;
-    bit(ray.dir.x) | bit(ray.dir.y) << 1 | bit(ray.dir.z) << 2
 }

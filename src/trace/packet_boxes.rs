@@ -8,7 +8,7 @@
 //! need it; an object's do not, and visit a box more now and then.
 
 use super::SLAB_PAD;
-use super::packet::{Found, GROUPS, LANES, Packet, Rows, groups};
+use super::packet::{Found, GROUPS, LANES, Packet, Rows, groups, spread};
 use crate::accel::{Aabb, Node8, WIDTH};
 use crate::simd::{Eight, Isa, Vector, bits};
 
@@ -287,13 +287,6 @@ pub(super) unsafe fn ray_by_ray<I: Isa>(
         first.store(&mut distance);
     }
     (entering, distance)
-}
-
-/// Bit `i` of the lowest byte to bit `8 i`.
-#[inline(always)]
-fn spread(byte: u32) -> u64 {
-    let byte = u64::from(byte);
-    (((byte & 0x7f) * 0x0002_0408_1020_4081) | ((byte & 0x80) << 49)) & 0x0101_0101_0101_0101
 }
 
 #[cfg(test)]

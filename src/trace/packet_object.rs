@@ -79,7 +79,7 @@ impl<I: Shells, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
                 return false;
             }
             for r in bits(I::turns::<ANY>(bvh, packet, mask, down, (object, instance), found)) {
-                <Self as Leaves<I>>::alone(self, ChildRef::ROOT, r, found);
+                <Self as Leaves<I>>::alone(self, ChildRef::ROOT, r, down, found);
             }
         }
         true
@@ -91,13 +91,13 @@ impl<I: Shells, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
     }
 
     #[inline(always)]
-    unsafe fn alone(&mut self, child: ChildRef, r: usize, found: &mut Found) {
+    unsafe fn alone(&mut self, child: ChildRef, r: usize, down: [bool; 3], found: &mut Found) {
         let Self { bvh, packet, object, instance, .. } = *self;
         let t = &mut found.t[r / LANES % GROUPS][r % LANES];
         let tmax = *t;
         // SAFETY: the caller's promise.
         unsafe {
-            let ray = InPacket::new(packet, r);
+            let ray = InPacket::new(packet, r, down);
             if ANY {
                 let none = &mut Hit::none(tmax);
                 if traverse_below::<I, true>(bvh, child, ray, object, instance, none) {

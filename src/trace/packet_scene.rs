@@ -12,6 +12,7 @@ use super::traverse_packet::{Alike, Leaves, traverse_packet};
 use super::{Hit, Kernels, PreparedRay, traverse_bsp, traverse_field, traverse_grid, traverse_lazy, traverse_scene};
 use crate::accel::{ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh, TwoLevel};
 use crate::simd::{Isa, Vector, bits};
+use glam::Mat3;
 
 /// Memory of one packet on its way through the scene.
 pub(super) struct Scratch {
@@ -53,6 +54,10 @@ impl Scratch {
 pub(super) unsafe fn traverse<I: Shells, const ANY: bool>(world: &TwoLevel, kernels: &Kernels, scratch: &mut Scratch) {
     // SAFETY: the caller's promise.
     unsafe {
+        if world.some_untransformed() || matches!(world.top_level(), TopLevel::Bsp(_)) {
+            let all = scratch.world.usable;
+            scratch.world.prepare_triangles::<I>(all);
+        }
         match world.top_level() {
             TopLevel::Bvh(tree) => through_tree::<I, ANY>(world, tree, scratch),
             TopLevel::Bsp(_) => alone::<ANY>(world, kernels, scratch),
@@ -77,6 +82,7 @@ fn alone<const ANY: bool>(world: &TwoLevel, kernels: &Kernels, scratch: &mut Scr
 #[inline(always)]
 unsafe fn through_tree<I: Shells, const ANY: bool>(world: &TwoLevel, tree: &TopLevelBvh, scratch: &mut Scratch) {
     let Scratch { world: rays, local, near_org, far_org, found } = scratch;
+    let rays = &*rays;
     let mut instances = Instances::<ANY> { world, refs: tree.refs(), rays, local };
     // SAFETY: the caller's promise; a `TopLevelBvh` that is not empty is a tree (by its construction).
     unsafe {
@@ -90,9 +96,13 @@ unsafe fn through_tree<I: Shells, const ANY: bool>(world: &TwoLevel, tree: &TopL
             instances.visit::<I>(&world.instances()[only as usize], found.open, found);
             return;
         }
-        move_origins::<I>(world, instances.rays, near_org, far_org);
-        let slabs = Slabs { near_org, far_org, inv_dir: &instances.rays.inv_dir, tmin: &instances.rays.tmin };
-        let (negative, mask) = (instances.rays.negative, found.open);
+        let (mut near, mut far) = (&rays.org, &rays.org);
+        if *world.origin_error() != Mat3::ZERO {
+            move_origins::<I>(world, rays, near_org, far_org);
+            (near, far) = (near_org, far_org);
+        }
+        let slabs = Slabs { near_org: near, far_org: far, inv_dir: &rays.inv_dir, tmin: &rays.tmin };
+        let (negative, mask) = (rays.negative, found.open);
         traverse_packet::<I, _>(tree.nodes(), ChildRef::ROOT, &slabs, &negative, mask, &mut instances, found);
     }
 }
@@ -146,7 +156,9 @@ impl<const ANY: bool> Instances<'_, ANY> {
                 Space::Object { object_from_world } => {
                     let bounds = world.objects()[record.slot as usize].bounds();
                     local.transform::<I>(object_from_world, rays, mask);
-                    (&**local, enters_box::<I>(local, found, local.usable, &bounds))
+                    let mask = enters_box::<I>(local, found, local.usable, &bounds);
+                    local.prepare_triangles::<I>(mask);
+                    (&**local, mask)
                 }
                 // The lane of the top level was the object's own box.
                 Space::World => (rays, mask),
@@ -244,7 +256,7 @@ impl<I: Shells, const ANY: bool> Leaves<I> for Instances<'_, ANY> {
     }
 
     #[inline(always)]
-    unsafe fn alone(&mut self, _child: ChildRef, _r: usize, _found: &mut Found) {
+    unsafe fn alone(&mut self, _child: ChildRef, _r: usize, _down: [bool; 3], _found: &mut Found) {
         unreachable!("no ray is too few");
     }
 

@@ -60,7 +60,7 @@ pub(super) unsafe fn intersect_leaf<I: Shells, const ANY: bool>(
             }
         } else {
             // SAFETY: the caller's promise.
-            any |= unsafe { sparse_block::<I, ANY>(packet, mask, block, object, instance, found) };
+            any |= unsafe { sparse_block::<I, ANY>(packet, mask, alike.down, block, object, instance, found) };
         }
     }
     any
@@ -72,6 +72,7 @@ pub(super) unsafe fn intersect_leaf<I: Shells, const ANY: bool>(
 unsafe fn sparse_block<I: Shells, const ANY: bool>(
     packet: &Packet,
     mask: u64,
+    down: [bool; 3],
     block: &Tri4,
     object: u32,
     instance: u32,
@@ -80,7 +81,7 @@ unsafe fn sparse_block<I: Shells, const ANY: bool>(
     let mut any = false;
     for r in bits(mask) {
         let (g, l) = (r / LANES, r % LANES);
-        let ray = InPacket::new(packet, r);
+        let ray = InPacket::new(packet, r, down);
         // SAFETY: the caller's promise.
         unsafe {
             let Some((candidates, edges)) = edges4::<I>(&RayLanes::new(ray), block) else { continue };

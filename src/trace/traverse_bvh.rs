@@ -48,7 +48,7 @@ impl<I: Isa> SlabLanes<I> {
     /// - The processor has the instruction set `I`.
     #[inline(always)]
     pub(super) unsafe fn new(ray: impl OneRay) -> Self {
-        let near = [0, 1, 2].map(|k| ROW * (2 * k + usize::from(ray.inv_dir(k) < 0.0)));
+        let near = [0, 1, 2].map(|k| ROW * (2 * k + usize::from(ray.is_down(k))));
         let inv = [ray.inv_dir(0), ray.inv_dir(1), ray.inv_dir(2)];
         // SAFETY: the caller's promise.
         unsafe {

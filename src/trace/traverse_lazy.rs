@@ -265,13 +265,13 @@ impl<I: Shells, const ANY: bool> Leaves<I> for LazyLeaves<'_, ANY> {
     }
 
     #[inline(always)]
-    unsafe fn alone(&mut self, child: ChildRef, r: usize, found: &mut Found) {
+    unsafe fn alone(&mut self, child: ChildRef, r: usize, down: [bool; 3], found: &mut Found) {
         let Self { view, packet, numbers } = *self;
         let t = &mut found.t[r / LANES % GROUPS][r % LANES];
         let tmax = *t;
         // SAFETY: the caller's promise.
         unsafe {
-            let ray = InPacket::new(packet, r);
+            let ray = InPacket::new(packet, r, down);
             if ANY {
                 let none = &mut Hit::none(tmax);
                 if below::<I, true>(view, child, ray, numbers, none) {

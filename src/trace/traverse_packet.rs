@@ -88,11 +88,11 @@ pub(super) trait Leaves<I: Isa> {
     /// - The processor has the instruction set `I`; `leaf` is of the tree.
     unsafe fn test(&mut self, leaf: ChildRef, mask: u64, alike: Alike, found: &mut Found) -> bool;
 
-    /// One ray from `child` down.
+    /// One ray from `child` down, whose direction is below 0 on the axes of `down`.
     ///
     /// # Safety
     /// - The processor has the instruction set `I`; `child` is of the tree.
-    unsafe fn alone(&mut self, child: ChildRef, r: usize, found: &mut Found);
+    unsafe fn alone(&mut self, child: ChildRef, r: usize, down: [bool; 3], found: &mut Found);
 
     /// Takes the rays of `mask`, of one octant, from the root down in another way than as a packet, if that seems better. Returns whether it did.
     ///
@@ -139,7 +139,7 @@ pub(super) unsafe fn traverse_packet<I: Isa, L: Leaves<I>>(
         unsafe {
             if same.count_ones() <= L::FEW {
                 for r in bits(same) {
-                    leaves.alone(root, r, found);
+                    leaves.alone(root, r, down, found);
                 }
             } else if !leaves.apart(same, down, found) {
                 let alone = octant::<I, L>(nodes, root, slabs, same, down, leaves, found);
@@ -198,7 +198,7 @@ unsafe fn octant<I: Isa, L: Leaves<I>>(
             if rays.count_ones() <= L::FEW {
                 alone += rays.count_ones();
                 for r in bits(rays) {
-                    leaves.alone(child, r, found);
+                    leaves.alone(child, r, down, found);
                 }
                 continue;
             }

@@ -26,24 +26,28 @@ pub(super) struct RayLanes<I: Isa> {
     /// Origin and shear, in the order of the ray's permuted axes.
     org: [I::F4; 3],
     shear: [I::F4; 2],
-    axis: [usize; 3],
+    /// Where in a corner of [`Tri4`] the rows of these axes begin, in bytes.
+    rows: [usize; 3],
 }
+
+/// By the axis on which a ray is longest: the order of its axes, and [`RayLanes::rows`] of it. (A fourth, so that two bits need no check.)
+const AXES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
+const ROW: usize = size_of::<[f32; BLOCK]>();
+const ROWS: [[usize; 3]; 4] = [[ROW, 2 * ROW, 0], [2 * ROW, 0, ROW], [0, ROW, 2 * ROW], [0, ROW, 2 * ROW]];
 
 impl<I: Isa> RayLanes<I> {
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
     pub(super) unsafe fn new(ray: impl OneRay) -> Self {
-        // Indexing an array of four by two bits needs neither branch nor check.
-        let axis = ray.axes().map(|k| k & 3);
-        assert!(axis.iter().all(|&k| k < 3), "axes are numbered 0, 1, 2");
-        let org = [ray.org(0), ray.org(1), ray.org(2), 0.0];
+        let longest = ray.longest_axis() & 3;
+        let [x, y, z] = ray.permuted_org(AXES[longest]);
         // SAFETY: the caller's promise.
         unsafe {
             Self {
-                org: [I::F4::splat(org[axis[0]]), I::F4::splat(org[axis[1]]), I::F4::splat(org[axis[2]])],
+                org: [I::F4::splat(x), I::F4::splat(y), I::F4::splat(z)],
                 shear: [I::F4::splat(ray.shear(0)), I::F4::splat(ray.shear(1))],
-                axis,
+                rows: ROWS[longest],
             }
         }
     }
@@ -72,15 +76,16 @@ const LEAST_MARGIN: f32 = 1e-12;
 /// - The processor has the instruction set `I`.
 #[inline(always)]
 pub(super) unsafe fn edges4<I: Isa>(lanes: &RayLanes<I>, block: &Tri4) -> Option<(u32, Edges<I>)> {
-    let [kx, ky, kz] = lanes.axis;
-    // SAFETY: the caller's promise; axes are below 3 (checked by the constructor of `RayLanes`).
+    let [kx, ky, kz] = lanes.rows;
+    // SAFETY: the caller's promise; a corner has three rows, and `rows` are where they begin.
     unsafe {
         // Of opposite sign, all three: the operand that comes from memory is the one that is subtracted. In products of two the sign is gone.
         let sheared = |corner: usize| {
-            let p = &block.corners[corner];
-            let z = lanes.org[2].sub(I::F4::load(p.get_unchecked(kz)));
-            let x = lanes.org[0].sub(I::F4::load(p.get_unchecked(kx))).sub(lanes.shear[0].mul(z));
-            let y = lanes.org[1].sub(I::F4::load(p.get_unchecked(ky))).sub(lanes.shear[1].mul(z));
+            let p = (&raw const block.corners[corner]).cast::<u8>();
+            let row = |at: usize| I::F4::load(&*p.add(at).cast::<[f32; BLOCK]>());
+            let z = lanes.org[2].sub(row(kz));
+            let x = lanes.org[0].sub(row(kx)).sub(lanes.shear[0].mul(z));
+            let y = lanes.org[1].sub(row(ky)).sub(lanes.shear[1].mul(z));
             [x, y, z]
         };
         let (a, b, c) = (sheared(0), sheared(1), sheared(2));

@@ -32,7 +32,7 @@
 //! rays to go on alone, per ray, tells all seven scenes of the bench apart (0.3 to 0.8 where packets are up to 1.6 times as fast, 1.0 where both are alike,
 //! 1.2 to 3.5 where turns are). [`Habits`] keeps that in mind for packets whose directions differ much and for those that do not.
 
-use super::packet::{Found, GROUPS, LANES, Packet, RAYS, groups, load3};
+use super::packet::{Found, GROUPS, LANES, Packet, RAYS, load3};
 use super::shells::Shells;
 use super::triangle4::{RayLanes, edges4};
 use super::{Hit, PreparedRay, SLAB_PAD};
@@ -150,18 +150,16 @@ fn rarely() {}
 /// Whether the directions of the rays in `mask`, all of one octant, differ much: those of its first and last groups.
 ///
 /// # Safety
-/// - The processor has the instruction set `I`.
+/// - The processor has the instruction set `I`; `mask` is not empty.
 #[inline(always)]
 pub(super) unsafe fn differ_much<I: Isa>(packet: &Packet, mask: u64) -> bool {
-    let ends = [
-        mask.trailing_zeros() as usize / LANES % GROUPS,
-        mask.leading_zeros() as usize / LANES % GROUPS ^ (GROUPS - 1),
-    ];
+    let ends = [mask.trailing_zeros(), RAYS as u32 - 1 - mask.leading_zeros()];
     // SAFETY: the caller's promise.
     unsafe {
         let (infinity, zero) = (I::F8::splat(f32::INFINITY), I::F8::splat(0.0));
         let (mut least, mut most) = ([infinity; 3], [zero; 3]);
-        for g in ends {
+        for end in ends {
+            let g = end as usize / LANES % GROUPS;
             let here = (mask >> (LANES * g)) as u32;
             let [x, y, z] = load3::<I>(&packet.dir, g);
             let (x, y, z) = (x.abs(), y.abs(), z.abs());

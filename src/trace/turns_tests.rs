@@ -53,7 +53,10 @@ fn check(name: &str, bvh: &Bvh, rays: &[super::Ray], kernels: &Kernels) -> (usiz
         let which: Vec<u16> = (0..rays.len() as u16).collect();
         let mut closest = Found::new();
         // SAFETY: every processor has the scalar set.
-        unsafe { packet.gather::<Scalar>(&mut closest, rays, &which) };
+        unsafe {
+            packet.gather::<Scalar>(&mut closest, rays, &which);
+            packet.prepare_triangles::<Scalar>(packet.usable);
+        }
         let mut any = closest.clone();
         let out = [
             by_octants::<false>(kernels.level(), bvh, &packet, &mut closest),
