@@ -111,8 +111,9 @@ unsafe fn octants_of<I: Isa>(rays: &[Ray]) -> [u8; LANES] {
     unsafe {
         let [_, _, _, _, x, y, z, _] = transposed::<I>(rays);
         let zero = I::F8::splat(0.0);
-        let octants = spread(x.lt(zero)) | spread(y.lt(zero)) << 1 | spread(z.lt(zero)) << 2;
+        let octants = spread(x.lt(zero)) | (spread(y.lt(zero)) << 1) | (spread(z.lt(zero)) << 2);
         let unusual = spread(!is_usual::<I>([x, y, z]) & 0xff);
-        ((octants & !(7 * unusual)) | unusual * u64::from(UNUSUAL)).to_le_bytes()
+        let usual = octants & !(7 * unusual);
+        (usual | (unusual * u64::from(UNUSUAL))).to_le_bytes()
     }
 }
