@@ -1,4 +1,4 @@
-//! What `RT_AUTO` decides from frame to frame: objects that no ray meets wait for one, what parts is sorted, and a motion that wears a tree in every frame is
+//! What `RT_AUTO` decides from frame to frame: objects that no ray meets wait for one, large ones are left to the rays where these are few, what parts is sorted, and a motion that wears a tree in every frame is
 //! answered by builds. Hits are those of a fresh build, whatever was decided.
 
 #[path = "common/meshes.rs"]
@@ -225,4 +225,82 @@ fn bodies_that_part_are_sorted_and_not_built() {
     }
     stage.look(&mut random, 1);
     assert!(built <= 1, "{built} builds, which rotations save");
+}
+
+#[test]
+fn large_objects_are_left_to_rays_as_long_as_these_are_few() {
+    let mut random = Random::new(Random::seed(95));
+    let mut stage = Stage::new(&mut random, &[20_000, 2000, 20_000]);
+    stage.update();
+    let (few, many) = (1e-6, 1e3);
+    let by = Vec3::new(0.3, -0.2, 0.1);
+    let mut frame = |stage: &mut Stage, part: Option<usize>, traced: f64| {
+        stage.look(&mut random, 1);
+        stage.look(&mut random, 2);
+        stage.world.add_traced(traced);
+        for name in 1..=3 {
+            stage.shift(name, part, by);
+        }
+        let stats = stage.update();
+        [stats.objects_built, stats.objects_refitted, stats.objects_waiting, stats.objects_by_rays]
+    };
+    assert_eq!(frame(&mut stage, None, many), [0, 2, 1, 0], "many rays");
+    assert_eq!(frame(&mut stage, None, few), [1, 1, 1, 1], "few: the tree is cut, that of the small object is not");
+    assert_eq!(frame(&mut stage, None, few), [0, 2, 1, 1]);
+    assert!(stage.world.touched().0 == 0);
+    stage.look(&mut random, 1);
+    assert!(stage.world.touched().0 > 1, "rays update it in parts");
+    let mut frame = |stage: &mut Stage, part: Option<usize>, traced: f64| {
+        stage.look(&mut random, 1);
+        stage.world.add_traced(traced);
+        for name in 1..=3 {
+            stage.shift(name, part, by);
+        }
+        let stats = stage.update();
+        [stats.objects_built, stats.objects_refitted, stats.objects_waiting, stats.objects_by_rays]
+    };
+    for part in 0..4 {
+        assert_eq!(frame(&mut stage, Some(part), few)[3], 1, "moved in part it stays so");
+    }
+    assert_eq!(frame(&mut stage, None, few), [0, 1, 2, 1]);
+    assert_eq!(frame(&mut stage, None, many), [1, 0, 2, 0], "what rays lost would have bought a build");
+    assert_eq!(frame(&mut stage, None, few), [1, 0, 2, 1], "and again");
+    // Looked away from, it waits; looked at again, it is up to date.
+    stage.shift(1, None, by);
+    stage.shift(1, None, by);
+    assert_eq!(stage.update().objects_waiting, 1);
+    stage.shift(1, None, by);
+    assert_eq!(stage.update().objects_waiting, 1);
+    stage.look(&mut random, 1);
+}
+
+#[test]
+fn a_tree_left_to_rays_that_wears_is_built_anew() {
+    let mut random = Random::new(Random::seed(96));
+    let mut stage = Stage::new(&mut random, &[10_000]);
+    stage.update();
+    let mut move_by = |stage: &mut Stage, size: f32| {
+        stage.look(&mut random, 1);
+        stage.world.add_traced(1e-6);
+        let positions = &stage.scene.objects[&1].mesh.positions;
+        let flown = positions.chunks(3).flat_map(|corners| {
+            let by = random.vec() * size;
+            corners.iter().map(|p| *p + by).collect::<Vec<_>>()
+        });
+        let positions = flown.collect();
+        stage.scene.apply(Command::UpdatePositions { name: 1, first: 0, positions });
+        let stats = stage.update();
+        [stats.objects_built, stats.objects_refitted, stats.objects_by_rays]
+    };
+    assert_eq!(move_by(&mut stage, 0.01), [1, 0, 1]);
+    assert_eq!(move_by(&mut stage, 0.01), [0, 1, 1]);
+    // Seen at the next move, when rays have had it updated.
+    move_by(&mut stage, 2.0);
+    assert_eq!(move_by(&mut stage, 0.01), [1, 0, 0], "worn");
+    assert_eq!(move_by(&mut stage, 0.01), [0, 1, 0], "and refit for some moves");
+    for _ in 0..5 {
+        assert_eq!(move_by(&mut stage, 0.01)[2], 0);
+    }
+    let later: Vec<_> = (0..4).map(|_| move_by(&mut stage, 0.01)[2]).collect();
+    assert_eq!(later[3], 1, "then it is left to rays again: {later:?}");
 }

@@ -251,7 +251,7 @@ typedef struct RTframeStats {
     /** Nodes of acceleration structures that were computed anew before the first ray. */
     RTdouble nodesUpdated;
     /**
-     * Subtrees of RT_LAZY objects, subfields of RT_VISIBILITY_FIELD and objects that waited for a ray (see objectsWaiting)
+     * Subtrees of RT_LAZY objects and of those left to the rays (see objectsByRays), subfields of RT_VISIBILITY_FIELD and objects that waited for a ray (see objectsWaiting)
      * that rays of the frame were the first to reach and so had computed anew.
      */
     RTdouble subtreesTouched;
@@ -274,6 +274,10 @@ typedef struct RTframeStats {
      * Objects whose vertices have moved and that no ray met in the frame before: with RT_AUTO their structures wait for one.
      */
     RTuint objectsWaiting;
+    /**
+     * Objects whose vertices move and whose structures RT_AUTO leaves to the rays, as RT_LAZY does: the times of earlier frames say that it pays.
+     */
+    RTuint objectsByRays;
     /** RT_STATIC instances whose triangles have been merged into one structure. */
     RTuint mergedInstances;
     /** RT_TRUE when the frame was cancelled; some pixels then show an older frame. */

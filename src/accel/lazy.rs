@@ -24,7 +24,7 @@
 //! *The mesh* is that of the scene, by a weak reference: a change of the scene then need not copy it, but cuts the tree off until the update that must follow.
 
 use super::block_loader::BlockBox;
-use super::bvh::{ChildRef, Node8, OutOfMemory};
+use super::bvh::{Bvh, ChildRef, Node8, OutOfMemory};
 use super::lazy_cut::{LazyBlock, Segment, Topology};
 use super::lazy_write::Write;
 use super::links::Links;
@@ -114,10 +114,13 @@ impl OwnPart {
 impl LazyBvh {
     /// Builds the tree of `mesh`, which is what `source` refers to, with nothing up to date. To be called inside the pool.
     pub(super) fn new(mesh: &Mesh, source: Source, shape: LazyShape) -> Result<Self, OutOfMemory> {
-        let bvh = build_sah(mesh)?;
-        let topology = Topology::new(&bvh, mesh, shape)?;
-        let bounds = bvh.bounds();
-        drop(bvh);
+        Self::of(&build_sah(mesh)?, mesh, source, shape)
+    }
+
+    /// Cuts a tree of `mesh`, or of what it was before vertices moved.
+    pub(super) fn of(bvh: &Bvh, mesh: &Mesh, source: Source, shape: LazyShape) -> Result<Self, OutOfMemory> {
+        let topology = Topology::new(bvh, mesh, shape)?;
+        let bounds = box_of_all(&mesh.positions);
         let mut nodes = reserve(topology.children.len())?;
         nodes.extend(topology.children.iter().map(|&children| Node8 { children, ..Node8::EMPTY }));
         let vertices = filled(Vec::new(), topology.held, Vec4::ZERO)?;

@@ -102,28 +102,35 @@ impl Topology {
             topology.segments.push(segment);
         }
         topology.list_vertices(mesh)?;
-        topology.place_corners(mesh)?;
         Ok(topology)
     }
 
+    /// Lists the vertices of all segments, and tells the blocks where their corners are among them.
     fn list_vertices(&mut self, mesh: &Mesh) -> Result<(), OutOfMemory> {
+        let mut cut: Vec<&mut [LazyBlock]> = Vec::with_capacity(self.segments.len());
+        let mut rest = &mut self.blocks[..];
+        for segment in &self.segments {
+            let (own, others) = rest.split_at_mut(segment.blocks.len());
+            cut.push(own);
+            rest = others;
+        }
+        // The numbers of corners within the segment at first.
+        let own: Vec<Vec<u32>> =
+            cut.into_par_iter().map_init(Distinct::default, |list, own| list.own(mesh, own)).collect();
+        // If it is another one, and there is a use for it.
         let this = &*self;
-        // The own list of each segment, and that of all if it is another one and there is a use for it.
-        let lists: Vec<[Vec<u32>; 2]> = (0..self.segments.len())
+        let all: Vec<Vec<u32>> = (0..self.segments.len())
             .into_par_iter()
-            .map(|number| {
-                let Segment { blocks, below, .. } = &this.segments[number];
-                let own = listed(mesh, |to| this.blocks[blocks.clone()].iter().for_each(to));
-                let all = if number == 0 || below.is_empty() {
+            .map_init(Distinct::default, |list, number| {
+                if number == 0 || this.segments[number].below.is_empty() {
                     Vec::new()
                 } else {
-                    listed(mesh, |to| this.each_block(number, to))
-                };
-                [own, all]
+                    list.all(mesh, this, number)
+                }
             })
             .collect();
-        let mut vertices = reserve(lists.iter().flatten().map(Vec::len).sum())?;
-        for (segment, [own, all]) in self.segments.iter_mut().zip(lists) {
+        let mut vertices = reserve(own.iter().chain(&all).map(Vec::len).sum())?;
+        for ((segment, own), all) in self.segments.iter_mut().zip(own).zip(all) {
             let mut append = |list: Vec<u32>| {
                 vertices.extend_from_slice(&list);
                 vertices.len() - list.len()..vertices.len()
@@ -132,27 +139,11 @@ impl Topology {
             self.held = segment.held.end;
             segment.own = append(own);
             segment.all = if segment.below.is_empty() { segment.own.clone() } else { append(all) };
+            for block in &mut self.blocks[segment.blocks.clone()] {
+                block.corners = block.corners.map(|lanes| lanes.map(|i| place_of(segment.held.start + i as usize)));
+            }
         }
         self.vertices = vertices;
-        Ok(())
-    }
-
-    /// Tells the blocks where their corners are.
-    fn place_corners(&mut self, mesh: &Mesh) -> Result<(), OutOfMemory> {
-        let mut place: Vec<u32> = reserve(mesh.positions.len())?;
-        place.resize(mesh.positions.len(), 0);
-        for segment in &self.segments {
-            for (at, &vertex) in segment.held.clone().zip(&self.vertices[segment.own.clone()]) {
-                place[vertex as usize] = place_of(at);
-            }
-            for block in &mut self.blocks[segment.blocks.clone()] {
-                for (lane, &prim) in block.prims.iter().enumerate() {
-                    for (corner, &vertex) in mesh.triangles[prim as usize].iter().enumerate() {
-                        block.corners[corner][lane] = place[vertex as usize];
-                    }
-                }
-            }
-        }
         Ok(())
     }
 
@@ -172,18 +163,69 @@ impl Topology {
     }
 }
 
-/// The vertices of all blocks that `blocks` hands out, each once, in the order of their first use: those of a leaf then are neighbours, which they rarely are in a mesh.
-fn listed(mesh: &Mesh, blocks: impl FnOnce(&mut dyn FnMut(&LazyBlock))) -> Vec<u32> {
-    let mut used: Vec<(u32, u32)> = Vec::new();
-    blocks(&mut |block| {
-        for vertex in block.prims.iter().flat_map(|&prim| mesh.triangles[prim as usize]) {
-            used.push((vertex, used.len() as u32));
+/// Numbers vertices in the order of their first use: those of a leaf then are neighbours, which they rarely are in a mesh.
+///
+/// A hash table of the vertices of one segment stays in the nearest cache, where marks for those of the whole mesh would not (sorting, which was here before,
+/// took four fifths of a cut's 120 ns per triangle).
+#[derive(Default)]
+struct Distinct {
+    /// Vertex and number; a power of two of them, more than there are vertices.
+    table: Vec<(u32, u32)>,
+    list: Vec<u32>,
+}
+
+impl Distinct {
+    const FREE: u32 = u32::MAX;
+
+    fn begin(&mut self, most: usize) {
+        self.table.clear();
+        self.table.resize((2 * most).next_power_of_two(), (Self::FREE, 0));
+        self.list.clear();
+    }
+
+    #[inline]
+    fn number(&mut self, vertex: u32) -> u32 {
+        let mask = self.table.len() - 1;
+        let mut at = (vertex.wrapping_mul(0x9E37_79B1) >> 7) as usize & mask;
+        loop {
+            match self.table[at] {
+                (known, number) if known == vertex => return number,
+                (Self::FREE, _) => {
+                    let number = self.list.len() as u32;
+                    self.table[at] = (vertex, number);
+                    self.list.push(vertex);
+                    return number;
+                }
+                _ => at = (at + 1) & mask,
+            }
         }
-    });
-    used.sort_unstable();
-    used.dedup_by_key(|(vertex, _)| *vertex);
-    used.sort_unstable_by_key(|(_, first)| *first);
-    used.into_iter().map(|(vertex, _)| vertex).collect()
+    }
+
+    /// The vertices of some blocks, each once, whose numbers these get.
+    fn own(&mut self, mesh: &Mesh, blocks: &mut [LazyBlock]) -> Vec<u32> {
+        self.begin(blocks.len() * BLOCK * 3);
+        for block in blocks {
+            for (lane, &prim) in block.prims.iter().enumerate() {
+                for (corner, &vertex) in mesh.triangles[prim as usize].iter().enumerate() {
+                    block.corners[corner][lane] = self.number(vertex);
+                }
+            }
+        }
+        self.list.clone()
+    }
+
+    /// The vertices of a segment and of all below it.
+    fn all(&mut self, mesh: &Mesh, topology: &Topology, segment: usize) -> Vec<u32> {
+        let mut count = 0;
+        topology.each_block(segment, &mut |_| count += 1);
+        self.begin(count * BLOCK * 3);
+        topology.each_block(segment, &mut |block| {
+            for vertex in block.prims.iter().flat_map(|&prim| mesh.triangles[prim as usize]) {
+                self.number(vertex);
+            }
+        });
+        self.list.clone()
+    }
 }
 
 /// The tree to be cut, with the dropped triangles hung up.

@@ -11,6 +11,7 @@ mod build_fast;
 mod build_sah;
 mod build_spatial;
 mod bvh;
+mod by_rays;
 mod grid;
 mod instance;
 mod key_trees;

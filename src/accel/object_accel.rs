@@ -14,6 +14,7 @@ use super::bsp::Bsp;
 use super::build_fast::FastScratch;
 use super::build_sah::SahScratch;
 use super::bvh::{Bvh, OutOfMemory};
+use super::by_rays::{ByRays, LARGE};
 use super::grid::Grid;
 use super::key_trees::KeyTrees;
 use super::lazy::LazyBvh;
@@ -22,7 +23,7 @@ use super::rotate::Wear;
 use super::strategy::{Method, Moved};
 use super::visibility::VisibilityField;
 use super::waiting::{Attention, Waiting};
-use crate::scene::Name;
+use crate::scene::{Name, Object};
 use glam::Affine3A;
 
 /// What rays of one object traverse.
@@ -74,6 +75,8 @@ pub struct ObjectAccel {
     waiting: Option<Box<Waiting>>,
     attention: Attention,
     defeats: Defeats,
+    by_rays: ByRays,
+    spent: Spent,
     /// What rotations remember of the tree.
     wear: Wear,
     /// For partial refits, once there has been one, and how many nodes these have looked at since wear was.
@@ -81,6 +84,24 @@ pub struct ObjectAccel {
     patched: usize,
     keys: KeyTrees,
     scratch: Scratch,
+}
+
+/// What an update did about a change, and how long it took: all threads that worked for it, and it for others.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Spent {
+    pub work: Work,
+    pub seconds: f64,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Work {
+    /// All else.
+    #[default]
+    Other,
+    /// A complete refit with rotations.
+    Refit,
+    /// A build with care.
+    Sah,
 }
 
 /// What builders worked with, kept for an object that is built again and again.
@@ -159,8 +180,32 @@ impl ObjectAccel {
         let links = self.links.as_ref().map_or(0, Links::memory_bytes);
         let waiting = self.waiting.as_ref().map_or(0, |w| w.memory_bytes());
         let structure = self.structure.memory_bytes() + waiting + self.keys.memory_bytes();
-        let rotations = self.wear.memory_bytes();
+        let rotations = self.wear.memory_bytes() + self.by_rays.memory_bytes();
         structure + links + rotations + self.scratch.sah.memory_bytes() + self.scratch.fast.memory_bytes()
+    }
+
+    /// What the last update took.
+    pub(super) fn spent(&self) -> Spent {
+        self.spent
+    }
+
+    /// Whether the strategy `Auto` leaves updates to the rays.
+    pub(super) fn is_left_to_rays(&self) -> bool {
+        self.made_with.is_some_and(Method::may_wait) && matches!(self.structure, Structure::Lazy(_))
+    }
+
+    /// Whether the coming update could be left to the rays: all of a large object has moved, and a ray has met it. Gives the part of it that rays had
+    /// brought up to date, if that is known.
+    pub(super) fn could_be_left_to_rays(&self, object: &Object) -> Option<Option<f64>> {
+        let follows = self.made_with.is_some_and(Method::may_wait)
+            && self.topology_version == object.topology_version
+            && object.moves.any_since(self.vertex_version)
+            && self.triangles >= LARGE
+            && self.attention.is_reached();
+        follows.then(|| match &self.structure {
+            Structure::Lazy(lazy) => Some(lazy.touched().1 as f64 / lazy.nodes().max(1) as f64),
+            _ => None,
+        })
     }
 
     /// What rays have had brought up to date since [`ObjectAccel::forget_touched`]: subtrees and nodes, or subfields and references.

@@ -298,7 +298,7 @@ impl Kernel for Sweep<'_> {
 
 /// Half the areas of all lanes; 0 of unused ones.
 #[inline(always)]
-fn half_areas(bounds: &[[f32; WIDTH]; 6]) -> Areas {
+pub(super) fn half_areas(bounds: &[[f32; WIDTH]; 6]) -> Areas {
     std::array::from_fn(|lane| {
         let side = |axis: usize| {
             let extent = bounds[2 * axis + 1][lane] - bounds[2 * axis][lane];

@@ -7,7 +7,8 @@
 //!   move are refit with rotations ([`super::rotate`]; 17–21 ns per triangle in Embree, a Morton build 60–70, SAH 250–330), which costs what a refit and the look
 //!   at its wear cost before, and keeps builds off where bodies fly through each other: spheres of S7 11.4 ms per update with builds, 3.9 with rotations. Where
 //!   the tree is [`WORN`] times as costly to trace as after its build all the same, it is built anew, fast. A motion that wears the tree in every frame is
-//!   answered by builds alone. Objects that no ray met in the frame before wait for one ([`super::waiting`]). Those that are defined anew every
+//!   answered by builds alone. Objects that no ray met in the frame before wait for one ([`super::waiting`]); large ones that rays met are left to the rays
+//!   where that pays ([`super::by_rays`]). Those that are defined anew every
 //!   frame are built fast, from the second time on.
 
 use crate::scene::{LazyShape, Motion, Object, Strategy, TopLevelKind};
@@ -40,7 +41,7 @@ pub(super) enum Moved {
     Refit,
     /// Refit with rotations, then build anew, fast, if the tree is worn all the same.
     Rotate,
-    /// The same, and left alone while no ray comes.
+    /// The same, and left alone while no ray comes, or to rays where that pays.
     Auto,
 }
 
@@ -51,6 +52,7 @@ impl Method {
     }
 
     /// Whether an object that no ray meets is left alone while its vertices move.
+    /// Or left to rays, part by part.
     pub fn may_wait(self) -> bool {
         matches!(self, Method::Bvh { moved: Moved::Auto, .. })
     }

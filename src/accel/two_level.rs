@@ -12,8 +12,9 @@
 //! before allocates nothing here.
 
 use super::Aabb;
+use super::by_rays::{Balance, Done, LARGE, Ledger, Stakes};
 use super::instance::{InstanceRecord, invert};
-use super::object_accel::{ObjectAccel, Outcome};
+use super::object_accel::{ObjectAccel, Outcome, Spent, Work};
 use super::place::{NameHasher, Placed, Seat};
 use super::statics::{Merged, Merging, Shown, Statics};
 use super::strategy::{forced_by_environment, forced_top_level};
@@ -25,6 +26,7 @@ use glam::Mat3;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 /// What an update did and what is held now.
@@ -36,6 +38,8 @@ pub struct UpdateStats {
     pub objects_refitted: u32,
     /// Objects whose vertices have moved and whose structures wait for a ray, as none came in the frame before.
     pub objects_waiting: u32,
+    /// Objects whose structures are brought up to date by the rays that reach them, as the automatic choice has found that to pay.
+    pub objects_by_rays: u32,
     /// Nodes of object structures written by this update. A BSP is built by the first ray, which is not counted.
     pub nodes_updated: u64,
     /// Triangles after instancing.
@@ -90,6 +94,9 @@ pub struct TwoLevel {
     slots: Vec<u32>,
     /// Per slot.
     shown: Vec<Shown>,
+    balance: Balance,
+    /// What rays took since the last update, in nanoseconds.
+    traced: AtomicU64,
     statics: Statics,
     placed: Placed,
     top_level: TopLevel,
@@ -109,6 +116,8 @@ impl TwoLevel {
             outcomes: Vec::new(),
             slots: Vec::new(),
             shown: Vec::new(),
+            balance: Balance::default(),
+            traced: AtomicU64::new(0),
             statics: Statics::new(),
             placed: Placed::default(),
             top_level: TopLevel::Bvh(TopLevelBvh::default()),
@@ -206,6 +215,12 @@ impl TwoLevel {
     /// them; of [`Strategy::VisibilityField`]: subfields, and references in them.
     pub fn touched(&self) -> (u64, u64) {
         self.objects.iter().map(ObjectAccel::touched).fold((0, 0), |sum, (s, n)| (sum.0 + u64::from(s), sum.1 + n))
+    }
+
+    /// Says how long the rays of a picture or a batch have taken, in seconds of wall clock. [`Strategy::Auto`] weighs updates against it; who does
+    /// not say so gets structures that are up to date before the first ray.
+    pub fn add_traced(&self, seconds: f64) {
+        self.traced.fetch_add((seconds * 1e9) as u64, Ordering::Relaxed);
     }
 
     /// Brings everything in line with the scene and the frame's instances. Instances of objects that do not exist or
@@ -311,17 +326,46 @@ impl TwoLevel {
                 *shown = Shown { times: shown.times.saturating_add(1), number: number as u32 };
             }
         }
+        let mut stakes = Stakes::default();
+        let shown_objects = || objects.iter().zip(&*outcomes).filter(|(_, outcome)| outcome.is_some());
+        for (accel, _) in shown_objects() {
+            let part = scene.objects.get(&accel.name()).and_then(|object| accel.could_be_left_to_rays(object));
+            part.inspect(|part| stakes.add(accel.triangles(), *part));
+        }
+        let traced = std::mem::take(self.traced.get_mut()) as f64 * 1e-9;
+        let by_rays = self.balance.decide(traced, &stakes);
         objects.iter_mut().for_each(ObjectAccel::forget_touched);
         let forced = self.forced;
+        let begin = Instant::now();
         objects.par_iter_mut().zip(outcomes).zip(shown).for_each(|((accel, outcome), shown)| {
             if let (Some(outcome), Some(object)) = (outcome, scene.objects.get(&accel.name())) {
                 let placed = (shown.times == 1 && object.motion == Motion::Static)
                     .then(|| instances[shown.number as usize].world_from_object)
                     // Others draw nothing, see place().
                     .filter(|m| invert(m).is_some());
-                *outcome = accel.update(object, forced, placed);
+                *outcome = accel.update(object, forced, placed, by_rays);
             }
         });
+        let wall = begin.elapsed().as_secs_f64();
+        let mut ledger = Ledger::default();
+        for (accel, outcome) in self.objects.iter().zip(&self.outcomes) {
+            if outcome.is_none() {
+                continue;
+            }
+            let Spent { work, seconds } = accel.spent();
+            ledger.all += seconds;
+            let add = |done: &mut Done| {
+                done.triangles += accel.triangles() as f64;
+                done.seconds += seconds;
+            };
+            match work {
+                Work::Refit if accel.triangles() >= LARGE => add(&mut ledger.refits),
+                Work::Sah if accel.triangles() >= LARGE => add(&mut ledger.builds),
+                _ => {}
+            }
+            stats.objects_by_rays += u32::from(accel.is_left_to_rays());
+        }
+        self.balance.learn(&ledger, wall);
         for outcome in self.outcomes.iter().flatten() {
             match *outcome {
                 Outcome::Unchanged => {}

@@ -115,6 +115,16 @@ impl Attention {
         }
     }
 
+    /// Whether a ray has come since the last update that moved vertices.
+    pub fn is_reached(&self) -> bool {
+        self.reached.load(Ordering::Relaxed)
+    }
+
+    /// Whether the object was looked at in the frame before the last move.
+    pub fn was_reached(&self) -> bool {
+        self.unseen == 0
+    }
+
     /// Vertices have moved: whether the object should wait for a ray. `had_to_come`: a ray came while it did.
     pub fn should_wait(&mut self, had_to_come: bool) -> bool {
         if had_to_come {

@@ -15,7 +15,7 @@ use std::collections::TryReserveError;
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Rays that one job of a batch traces, at the least and at the most. Coherent ones fill packets as they come; others are sorted into
 /// packets within a job, so that it needs many.
@@ -220,6 +220,7 @@ impl Local {
             .map_err(|_| FrameFailure::OutOfMemory(format!("no memory for the answers to {bytes} bytes of rays")))?;
         out.resize(rays.len(), empty);
         let (least, most) = if coherent { COHERENT_JOB } else { INCOHERENT_JOB };
+        let begin = Instant::now();
         guarded(|| {
             let tracer = world.renderer.tracer();
             pool.install(|| {
@@ -229,6 +230,7 @@ impl Local {
             });
             Ok(())
         })?;
+        world.renderer.add_traced(begin.elapsed().as_secs_f64());
         Ok(out)
     }
 

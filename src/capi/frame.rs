@@ -257,6 +257,7 @@ pub unsafe extern "C" fn rtGetFrameStats(stats: *mut RTframeStats) {
             objectsBuilt: stats.objects_built,
             objectsRefitted: stats.objects_refitted,
             objectsWaiting: stats.objects_waiting,
+            objectsByRays: stats.objects_by_rays,
             mergedInstances: stats.merged_instances,
             cancelled: stats.cancelled.into(),
         });

@@ -93,7 +93,7 @@ pub struct RTframeStats {
     pub triangles: RTdouble,
     /// Nodes of acceleration structures that were computed anew before the first ray.
     pub nodesUpdated: RTdouble,
-    /// Subtrees of RT_LAZY objects, subfields of RT_VISIBILITY_FIELD and objects that waited for a ray (see objectsWaiting)
+    /// Subtrees of RT_LAZY objects and of those left to the rays (see objectsByRays), subfields of RT_VISIBILITY_FIELD and objects that waited for a ray (see objectsWaiting)
     /// that rays of the frame were the first to reach and so had computed anew.
     pub subtreesTouched: RTdouble,
     /// Nodes in these subtrees, which nodesUpdated does not count.
@@ -111,6 +111,8 @@ pub struct RTframeStats {
     pub objectsRefitted: RTuint,
     /// Objects whose vertices have moved and that no ray met in the frame before: with RT_AUTO their structures wait for one.
     pub objectsWaiting: RTuint,
+    /// Objects whose vertices move and whose structures RT_AUTO leaves to the rays, as RT_LAZY does: the times of earlier frames say that it pays.
+    pub objectsByRays: RTuint,
     /// RT_STATIC instances whose triangles have been merged into one structure.
     pub mergedInstances: RTuint,
     /// RT_TRUE when the frame was cancelled; some pixels then show an older frame.

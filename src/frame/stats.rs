@@ -22,8 +22,10 @@ pub struct FrameStats {
     pub objects_refitted: u32,
     /// Objects whose vertices have moved and that no ray met in the frame before, so that their structures (strategy `Auto`) wait for one.
     pub objects_waiting: u32,
+    /// Objects with the strategy `Auto` whose structures are left to the rays, as those with `Lazy` are, since the times of updates and rays say that it pays.
+    pub objects_by_rays: u32,
     pub nodes_updated: u64,
-    /// Subtrees of objects with the strategy `Lazy`, and objects that waited for a ray, that rays of this frame reached first, and so had updated; the
+    /// Subtrees of objects with the strategy `Lazy` or left to the rays, and objects that waited for a ray, that rays of this frame reached first, and so had updated; the
     /// nodes in them are not in `nodes_updated`. Likewise subfields of `VisibilityField`, and the references in them.
     pub subtrees_touched: u64,
     pub nodes_touched: u64,

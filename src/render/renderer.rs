@@ -69,6 +69,7 @@ impl Renderer {
             objects_built: update.objects_built,
             objects_refitted: update.objects_refitted,
             objects_waiting: update.objects_waiting,
+            objects_by_rays: update.objects_by_rays,
             nodes_updated: update.nodes_updated,
             structure_bytes: update.bytes,
             merged_instances: update.merged_instances,
@@ -115,6 +116,8 @@ impl Renderer {
         let counts = self.pixels(scene, frame, &plan, target, cancel, time_is_up, &mut stats);
         self.history.ended(&plan, counts.skipped > 0);
         stats.render_seconds = render_begin.elapsed().as_secs_f64();
+        // Shading included: then updates by rays are chosen too rarely, never too often.
+        self.world.add_traced(stats.render_seconds);
         stats.total_seconds = begin.elapsed().as_secs_f64();
         stats.primary_rays = counts.rays.primary;
         stats.shadow_rays = counts.rays.shadow;
@@ -185,6 +188,11 @@ impl Renderer {
     /// Queries against the structures of the last [`Renderer::commit`] or [`Renderer::render`].
     pub fn tracer(&self) -> Tracer<'_> {
         Tracer::new(&self.world)
+    }
+
+    /// Says how long rays of [`Renderer::tracer`] have taken, see [`TwoLevel::add_traced`].
+    pub fn add_traced(&self, seconds: f64) {
+        self.world.add_traced(seconds);
     }
 
     /// The picture of the last frame.

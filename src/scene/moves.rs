@@ -68,9 +68,14 @@ impl Moves {
         }
     }
 
+    /// Whether any vertex may have moved after `epoch`, and not some that are known.
+    pub fn any_since(&self, epoch: u64) -> bool {
+        epoch < self.forgotten
+    }
+
     /// The vertices moved after `epoch`, some of them perhaps more than once; None if that may be any.
     pub fn since(&self, epoch: u64) -> Option<Vec<u32>> {
-        if epoch < self.forgotten {
+        if self.any_since(epoch) {
             return None;
         }
         let first = self.updates.partition_point(|(at, _)| *at <= epoch);

@@ -2,13 +2,14 @@
 //!
 //! What has changed is told by the version counters of the [`Object`]; what is done about it is decided in [`crate::accel::strategy`].
 
-use super::{ObjectAccel, Outcome, Scratch, Structure};
+use super::{ObjectAccel, Outcome, Scratch, Spent, Structure, Work};
 use crate::accel::bsp::Bsp;
 use crate::accel::bsp_build::Quality;
 use crate::accel::build_fast::{FastScratch, build_fast, rebuild_fast};
 use crate::accel::build_sah::{SahScratch, rebuild_sah};
 use crate::accel::build_spatial::build_spatial;
 use crate::accel::bvh::{Bvh, OutOfMemory};
+use crate::accel::by_rays::LARGE;
 use crate::accel::grid::Grid;
 use crate::accel::instance::{append_to_world, mesh_with_room};
 use crate::accel::lazy::{LazyBvh, Source};
@@ -17,10 +18,11 @@ use crate::accel::strategy::{Method, Moved, WORN};
 use crate::accel::visibility::VisibilityField;
 use crate::accel::waiting::Waiting;
 use crate::accel::{Refit, build_sah};
-use crate::scene::{Mesh, Object, Strategy};
+use crate::scene::{LazyShape, Mesh, Object, Strategy};
 use glam::Affine3A;
 use std::ops::Deref;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// After so many defeats in a row a refit is tried in every eighth frame.
 const MOST_DEFEATS: u32 = 3;
@@ -63,7 +65,9 @@ impl ObjectAccel {
         object: &Object,
         forced: Option<Strategy>,
         placed: Option<Affine3A>,
+        by_rays: bool,
     ) -> Outcome {
+        self.spent = Spent::default();
         self.triangles = object.mesh.triangles.len() as u64;
         let same_topology = self.made_with.is_some() && self.topology_version == object.topology_version;
         let same_place = self.placed == placed;
@@ -87,6 +91,7 @@ impl ObjectAccel {
             }
             return Outcome::Unchanged;
         }
+        let begin = Instant::now();
         // Said to be static, and moved all the same: the next move must not cost as much again.
         let hurried = self.made_with.is_some() && self.placed.is_some() && placed.is_some() && !same_place;
         if std::mem::take(&mut self.merged) {
@@ -106,6 +111,10 @@ impl ObjectAccel {
             if same_tree && method.may_wait() && self.wait(&mesh, waited) {
                 return Ok(Outcome::Waits);
             }
+            let whole = same_tree && method.may_wait() && moved.is_none();
+            if let Some(outcome) = if whole { self.leave_to_rays(&mesh, by_rays) } else { None } {
+                return Ok(outcome);
+            }
             match if kept { self.refit(&mesh, method, moved) } else { None } {
                 Some(Outcome::Refitted(nodes)) if built > 0 => Ok(Outcome::Built(nodes)),
                 Some(outcome) => Ok(outcome),
@@ -114,6 +123,7 @@ impl ObjectAccel {
         });
         self.topology_version = object.topology_version;
         self.vertex_version = object.vertex_version;
+        self.spent.seconds = begin.elapsed().as_secs_f64();
         match outcome {
             Ok(outcome) => {
                 self.made_with = Some(method);
@@ -186,6 +196,7 @@ impl ObjectAccel {
             return self.renew(mesh);
         }
         self.patched = 0;
+        self.spent.work = Work::Refit;
         let worn = bvh.rotate(mesh, &mut self.wear)? > WORN * self.cost_when_built;
         self.defeats.tell(worn);
         if self.wear.was_restructured() {
@@ -193,6 +204,36 @@ impl ObjectAccel {
             self.links = None;
         }
         if worn { self.renew(mesh) } else { Some(Outcome::Refitted(bvh.nodes().len())) }
+    }
+
+    /// What a move of all vertices asks for if rays are to bring the tree up to date (`by_rays`), or did so. None if it is to be refit now.
+    fn leave_to_rays(&mut self, mesh: &Located<'_>, by_rays: bool) -> Option<Outcome> {
+        if let Structure::Lazy(lazy) = &mut self.structure {
+            let was_reached = self.attention.was_reached();
+            let worn = was_reached && self.by_rays.wear(lazy) > WORN;
+            if worn {
+                self.by_rays.wore();
+            }
+            if worn || (was_reached && !by_rays) {
+                return self.renew(mesh);
+            }
+            let nodes = lazy.moved(mesh, mesh.source())?;
+            return Some(if was_reached { Outcome::Refitted(nodes) } else { Outcome::Waits });
+        }
+        let may = self.by_rays.may() && by_rays && self.triangles >= LARGE && self.attention.was_reached();
+        match &self.structure {
+            Structure::Bvh(bvh) if may && bvh.may_wait(mesh) => {
+                // Without memory it goes on as it was.
+                let lazy = LazyBvh::of(bvh, mesh, mesh.source(), LazyShape::default()).ok()?;
+                let nodes = lazy.nodes();
+                self.structure = Structure::Lazy(lazy);
+                self.links = None;
+                self.wear = Wear::default();
+                self.by_rays.begin();
+                Some(Outcome::Built(nodes))
+            }
+            _ => None,
+        }
     }
 
     /// Puts a tree that waited for a ray back in its place.
@@ -226,6 +267,7 @@ impl ObjectAccel {
         };
         self.links = None;
         self.wear.clear();
+        self.spent.work = Work::Other;
         let bvh = rebuild_fast(mesh, old, &mut self.scratch.fast).ok()?;
         self.cost_when_built = bvh.sah_cost();
         let nodes = bvh.nodes().len();
@@ -296,6 +338,7 @@ impl ObjectAccel {
                 nodes
             }
             Method::Bvh { fast, moved } => {
+                self.spent.work = if fast || hurried { Work::Other } else { Work::Sah };
                 let recycled = if let Structure::Bvh(bvh) = old { bvh } else { Bvh::default() };
                 let bvh = self.build_bvh(mesh, fast || hurried, recycled)?;
                 if matches!(moved, Moved::Rotate | Moved::Auto) {

@@ -74,8 +74,8 @@ impl Tally {
         self.last = update;
     }
 
-    /// Traces rays of a kind by the fastest of some lanes.
-    fn trace(&mut self, kind: usize, mut lanes: Vec<Lane>, rays: &[Ray], threads: usize) {
+    /// Traces rays of a kind by the fastest of some lanes; gives the seconds.
+    fn trace(&mut self, kind: usize, mut lanes: Vec<Lane>, rays: &[Ray], threads: usize) -> f64 {
         let stride = self.strides[kind].max(1);
         let some: Vec<Ray> = rays.chunks(CHUNK).step_by(stride).flatten().copied().collect();
         if let Some(mode) = self.modes[kind] {
@@ -90,6 +90,7 @@ impl Tally {
         self.strides[kind] = (seconds / LONG).ceil().clamp(1.0, 64.0) as usize;
         self.trace += seconds;
         self.last += seconds;
+        seconds
     }
 
     /// Forgets what the frame before the first took.
@@ -219,7 +220,10 @@ fn one_scene(
         let (shadow, _) = rays::secondary(&ours, &primary, bench.light, offset);
         for (kind, (kind_name, rays)) in [(Kind::Primary, &primary), (Kind::Shadow, &shadow)].into_iter().enumerate() {
             for row in &mut rows {
-                row.tally.trace(kind, our_lanes(Tracer::new(&row.world), kind_name), rays, options.threads);
+                let seconds =
+                    row.tally.trace(kind, our_lanes(Tracer::new(&row.world), kind_name), rays, options.threads);
+                // As the renderer does.
+                row.world.add_traced(seconds);
             }
             for peer in &mut peers {
                 let device = device.expect("peers come from a device");
