@@ -12,8 +12,11 @@
 //! Where more is saved than lost, it is right whatever the rays did; where not, no more than `lost`, an eighth of a frame, can have been missed. So a wrong guess is
 //! cheap, and the rule needs no trial: it begins with the first move. As long as no refit has been timed, it is taken from the time of the build.
 //!
-//! To begin costs what a refit costs (the tree is cut, not built); to end costs a build. So it begins at once if it surely pays, and ends when
+//! To begin costs three refits once (the tree is cut, not built: 50 ns per triangle, mostly of memory touched first); to end costs a build. So it begins at once if it surely pays, and ends when
 //! what has been lost since it last paid would have bought the build, which at worst doubles the loss (the rule of those who rent skis).
+//!
+//! *Measured* (`peers -- dynamic --strategy lazy,rotate`, 19 frames, one thread, milliseconds of update and trace): nine bodies 3.8 + 51.9, left to rays from the first frame on 53.5 in
+//! all, rotated 60.3; crowd 10.7 + 61.7, left to rays 68.2. Over 6 and 3 frames the cut is not earned back: 1.16 and 1.33 times the best in one run.
 //!
 //! The decision is one for all objects that rays met and that have moved as a whole. Each leaves again on its own if it wears ([`ByRays`]): nothing is sorted in such a
 //! tree. Of all that can be looked at only what rays had updated is, an eighth of it per frame, and the top.
