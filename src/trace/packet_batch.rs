@@ -117,3 +117,76 @@ unsafe fn octants_of<I: Isa>(rays: &[Ray]) -> [u8; LANES] {
         (usual | (unusual * u64::from(UNUSUAL))).to_le_bytes()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::accel::TwoLevel;
+    use crate::accel::test_meshes::{Random, bumpy_sphere, soup};
+    use crate::scene::{Command, Instance, Motion, Scene};
+    use crate::simd::Level;
+    use crate::trace::{Hit, Ray, Tracer};
+    use glam::{Affine3A, Vec3};
+
+    /// Rays of a camera, in tiles of 8 by 8 and a part of one, with a few strangers among them.
+    fn camera(random: &mut Random, eye: Vec3, strangers: bool) -> Vec<Ray> {
+        (0..4821)
+            .map(|i| {
+                let (tile, pixel) = (i / 64, i % 64);
+                let at = [tile % 9 * 8 + pixel % 8, tile / 9 * 8 + pixel / 8].map(|x| x as f32 / 36.0 - 1.0);
+                let mut ray = Ray::new(eye, Vec3::new(at[0], at[1], 0.0) - eye);
+                match random.below(if strangers { 200 } else { 1 << 20 }) {
+                    0 => ray.dir *= 1e-20,
+                    1 => ray.dir *= 1e20,
+                    2 => ray.dir.x = f32::NAN,
+                    3 => ray.dir[random.below(3)] = -0.0,
+                    4 => ray.org += random.vec() * 0.1,
+                    5 => ray.tmin = 1.0,
+                    6 => ray.tmax = 0.9,
+                    7 => ray.tmax = -1.0,
+                    8 => ray.dir = -ray.dir,
+                    _ => {}
+                }
+                ray
+            })
+            .collect()
+    }
+
+    #[test]
+    fn rays_that_go_alike_find_what_they_find_alone() {
+        let seed = Random::seed(53);
+        let mut random = Random::new(seed);
+        let mut scene = Scene::default();
+        for (name, mesh) in [(1, bumpy_sphere(40, 60)), (2, soup(&mut random, 2000, 0.1))] {
+            scene.apply(Command::DefineObject { name, mesh, motion: Motion::Affine });
+        }
+        let placed = |object, x: f32, scale: f32| Instance {
+            object,
+            world_from_object: Affine3A::from_translation(Vec3::new(x, 0.1, 0.0))
+                * Affine3A::from_scale(Vec3::splat(scale)),
+        };
+        let own = Instance { object: 1, world_from_object: Affine3A::IDENTITY };
+        let scenes = [vec![own], vec![placed(1, 0.2, 0.7)], vec![own, placed(2, -0.4, 0.8), placed(1, 0.6, 0.3)]];
+        for level in Level::available() {
+            for instances in &scenes {
+                let mut world = TwoLevel::new(level);
+                world.update(&scene, instances);
+                let tracer = Tracer::new(&world);
+                for (eye, strangers) in [(Vec3::new(3.0, 2.0, 5.0), false), (Vec3::new(0.3, -0.2, 4.0), true)] {
+                    let rays = camera(&mut random, eye, strangers);
+                    let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
+                    tracer.intersect_many(&rays, &mut hits);
+                    let mut dark = vec![false; rays.len()];
+                    tracer.occluded_many(&rays, &mut dark);
+                    for (i, ray) in rays.iter().enumerate() {
+                        let hit = tracer.intersect(ray);
+                        let what = format!("seed {seed}, {level:?}, {} instances, ray {i} {ray:?}", instances.len());
+                        assert_eq!(format!("{:?}", hits[i]), format!("{hit:?}"), "{what}");
+                        assert_eq!(dark[i], hit.is_some(), "{what}");
+                    }
+                    let count = hits.iter().flatten().count();
+                    assert!(count > 500 && count < rays.len(), "{count} rays hit something");
+                }
+            }
+        }
+    }
+}
