@@ -1,12 +1,13 @@
 //! Many rays as packets.
 //!
-//! Rays are taken in runs of [`RUN`], sorted by the signs of their directions, in their own order within each octant, and cut into packets of up to
-//! 64. Rays of a tile of camera rays all have the same signs but for a few tiles, and stay together; of diffuse bounces an eighth
-//! of the run has, so that a packet holds neighbours that at least begin alike.
+//! Sixty-four neighbours whose directions have the same signs are a packet as they are: nearly all tiles of camera rays. Others, as those of
+//! diffuse bounces, are sorted by these signs in runs of [`RUN`], in their own order within each octant, and cut into packets of up to 64: of a run
+//! an octant has an eighth, so that a packet holds neighbours that at least begin alike.
 //!
 //! Measured on the bumpy sphere (1.3 million triangles) and a cloth, AVX2: packets of 16, 32 and 64 camera rays 9.8, 11.2 and 11.6
 //! Mrays/s. Runs of 1024 to 4096 are alike. Sorting by the longest axis as well, within runs of 4096, made bounces 5 to 15 % slower: it tears
-//! neighbours apart. Rays come in by transposing eight at a time: a tenth of a camera ray's instructions less than number by number.
+//! neighbours apart. Rays come in by transposing eight at a time, and so do their octants: of a camera ray's instructions that was a sixth when each
+//! was asked for its octant and sorted, and is a fourteenth now.
 
 use super::packet::{LANES, RAYS, is_usual, spread, transposed};
 use super::packet_scene::{Scratch, traverse};
