@@ -13,7 +13,7 @@
 
 use super::block_loader::BlockBox;
 use super::bvh::{Bvh, ChildRef, Node8, OutOfMemory, WIDTH};
-use super::memory::recycled;
+use super::memory::{filled, recycled};
 use super::partition;
 use super::rotate::Wear;
 use super::treelet::{Areas, Items, Treelet};
@@ -64,14 +64,14 @@ impl Kernel for Look<'_> {
 
 impl Plan {
     /// Finds lanes that are larger than in order by more than `most`.
-    pub fn new(bvh: &Bvh, wear: &Wear, most: f32) -> Plan {
+    pub fn new(bvh: &Bvh, wear: &Wear, most: f32) -> Result<Plan, OutOfMemory> {
         let (growth, level) = (wear.growth(bvh), Level::detect());
-        let mut worn = vec![0u8; bvh.nodes.len()];
+        let mut worn = filled(Vec::new(), bvh.nodes.len(), 0u8)?;
         worn.par_chunks_mut(NODES)
             .zip(wear.was.par_chunks(NODES))
             .zip(wear.now.par_chunks(NODES))
             .for_each(|((worn, was), now)| simd::run(level, Look { was, now, growth, most, worn }));
-        let mut gone = vec![false; worn.len()];
+        let mut gone = filled(Vec::new(), worn.len(), false)?;
         let (mut roots, mut items) = (Vec::new(), 0);
         for (index, &mask) in worn.iter().enumerate() {
             if mask == 0 && !gone[index] {
@@ -91,7 +91,7 @@ impl Plan {
                 }
             }
         }
-        Plan { worn, roots, items }
+        Ok(Plan { worn, roots, items })
     }
 
     /// Gives the cost of what is worn.
@@ -140,6 +140,7 @@ impl Plan {
         let mut order = Order::with_room_for(bvh.nodes.len() + nodes, wear)?;
         more(&mut bvh.nodes, nodes)?;
         more(&mut wear.was, nodes)?;
+        more(&mut wear.now, nodes)?;
         more(&mut bvh.blocks, blocks.saturating_sub(wear.free.len()))?;
         let saved = made.iter().map(|m| m.saved).sum();
         made.drain(..).for_each(|made| made.put(bvh, wear));

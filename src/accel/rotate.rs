@@ -184,7 +184,8 @@ impl Bvh {
         let mut pays = false;
         for coarser in 0..COARSER {
             let most = wear.calm * root / wear.lanes as f64 * EXCESS * f64::from(1 << (2 * coarser));
-            let plan = Plan::new(self, wear, most as f32);
+            // Without memory the tree stays as it is.
+            let Ok(plan) = Plan::new(self, wear, most as f32) else { break };
             if plan.items as f64 <= few {
                 let saved = plan.carry_out(self, wear).unwrap_or(0.0);
                 wear.restructured = saved > 0.0;
