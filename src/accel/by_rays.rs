@@ -36,6 +36,8 @@ const TOUCH: f64 = 0.5;
 const FAST_BUILD: f64 = 4.0;
 /// A build with care takes so many times as long as a refit.
 const SAH_BUILD: f64 = 16.0;
+/// By so much the time of refits may grow from update to update.
+const LONGER: f64 = 1.25;
 /// What rays reach of a tree, while that is not known.
 const LIKELY: f64 = 0.5;
 
@@ -74,8 +76,8 @@ pub(super) struct Ledger {
 /// See the module head.
 #[derive(Debug, Default)]
 pub(super) struct Balance {
-    /// Seconds per triangle, and whether it was measured or guessed.
-    refit: Option<(f64, bool)>,
+    /// Seconds per triangle.
+    refit: Option<f64>,
     by_rays: bool,
     /// Lost since it last paid, in seconds.
     debt: f64,
@@ -90,16 +92,16 @@ impl Balance {
             known.then(|| wall * done.seconds / ledger.all / done.triangles)
         };
         if let Some(now) = per_triangle(&ledger.refits) {
-            let before = self.refit.filter(|(_, measured)| *measured).map_or(now, |(before, _)| before);
-            self.refit = Some((0.5 * (before + now), true));
+            // What disturbs a measurement makes it longer, so a shorter one is believed at once.
+            self.refit = Some(self.refit.map_or(now, |before| now.min(before * LONGER)));
         } else if let (None, Some(build)) = (self.refit, per_triangle(&ledger.builds)) {
-            self.refit = Some((build / SAH_BUILD, false));
+            self.refit = Some(build / SAH_BUILD);
         }
     }
 
     /// Whether to leave objects to rays in this frame. In the last one, rays took `traced` seconds.
     pub fn decide(&mut self, traced: f64, stakes: &Stakes) -> bool {
-        let Some((refit, _)) = self.refit.filter(|_| traced > 0.0 && stakes.moved > 0.0) else { return self.by_rays };
+        let Some(refit) = self.refit.filter(|_| traced > 0.0 && stakes.moved > 0.0) else { return self.by_rays };
         let touch = TOUCH * refit * stakes.reached;
         let saved = (1.0 - BOXES) * refit * stakes.moved - touch;
         if self.by_rays {
@@ -143,7 +145,7 @@ impl ByRays {
         self.pause == 0
     }
 
-    /// The tree was worn.
+    /// The tree was worn, or had to be sorted, which rays do not do.
     pub fn wore(&mut self) {
         self.pause = SHY << self.worn;
         self.worn = (self.worn + 1).min(MOST_WORN);

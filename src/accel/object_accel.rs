@@ -98,7 +98,7 @@ pub(super) enum Work {
     /// All else.
     #[default]
     Other,
-    /// A complete refit with rotations.
+    /// A complete refit in which nothing had to be sorted.
     Refit,
     /// A build with care.
     Sah,

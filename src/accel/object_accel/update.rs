@@ -202,6 +202,8 @@ impl ObjectAccel {
         if self.wear.was_restructured() {
             // They are ways through another tree.
             self.links = None;
+            self.spent.work = Work::Other;
+            self.by_rays.wore();
         }
         if worn { self.renew(mesh) } else { Some(Outcome::Refitted(bvh.nodes().len())) }
     }
