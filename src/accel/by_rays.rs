@@ -154,6 +154,10 @@ impl ByRays {
     /// By how much what rays have seen costs more than when they saw it first.
     pub fn wear(&mut self, lazy: &LazyBvh) -> f64 {
         let root = lazy.bounds().half_area();
+        if self.was.try_reserve(lazy.segments().saturating_sub(self.was.len())).is_err() {
+            // Not looked at, so not worn as far as anyone knows.
+            return 1.0;
+        }
         self.was.resize(lazy.segments(), 0.0);
         self.turn = (self.turn + 1) % TURNS;
         if root.is_nan() || root <= 0.0 {
