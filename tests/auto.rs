@@ -62,6 +62,16 @@ impl Stage {
         self.scene.apply(Command::UpdatePositions { name, first, positions });
     }
 
+    /// Moves every triangle of a soup on its own.
+    fn scatter(&mut self, name: u32, random: &mut Random, size: f32) {
+        let mut positions = self.scene.objects[&name].mesh.positions.clone();
+        for corners in positions.chunks_mut(3) {
+            let by = random.vec() * size;
+            corners.iter_mut().for_each(|p| *p += by);
+        }
+        self.scene.apply(Command::UpdatePositions { name, first: 0, positions });
+    }
+
     fn rays(&self, random: &mut Random, name: u32) -> Vec<Ray> {
         let place = &self.instances[name as usize - 1].world_from_object;
         let positions = &self.scene.objects[&name].mesh.positions;
@@ -152,13 +162,7 @@ fn motion_that_wears_the_tree_in_every_frame_is_answered_by_builds_alone() {
     stage.update();
     stage.look(&mut random, 1);
     for frame in 0..6 {
-        let positions: Vec<Vec3> =
-            stage.scene.objects[&1].mesh.positions.chunks(3).fold(Vec::new(), |mut all, corners| {
-                let by = random.vec() * 2.0;
-                all.extend(corners.iter().map(|p| *p + by));
-                all
-            });
-        stage.scene.apply(Command::UpdatePositions { name: 1, first: 0, positions });
+        stage.scatter(1, &mut random, 2.0);
         let stats = stage.update();
         assert_eq!((stats.objects_built, stats.objects_refitted), (1, 0), "frame {frame}");
         stage.look(&mut random, 1);
@@ -239,9 +243,8 @@ fn large_objects_are_left_to_rays_as_long_as_these_are_few() {
     stage.update();
     let (few, many) = (1e-6, 1e3);
     let by = Vec3::new(0.3, -0.2, 0.1);
-    let mut frame = |stage: &mut Stage, part: Option<usize>, traced: f64| {
-        stage.look(&mut random, 1);
-        stage.look(&mut random, 2);
+    let frame = |stage: &mut Stage, random: &mut Random, seen: &[u32], part: Option<usize>, traced: f64| {
+        seen.iter().for_each(|&name| stage.look(random, name));
         stage.world.add_traced(traced);
         for name in 1..=3 {
             stage.shift(name, part, by);
@@ -249,27 +252,26 @@ fn large_objects_are_left_to_rays_as_long_as_these_are_few() {
         let stats = stage.update();
         [stats.objects_built, stats.objects_refitted, stats.objects_waiting, stats.objects_by_rays]
     };
-    assert_eq!(frame(&mut stage, None, many), [0, 2, 1, 0], "many rays");
-    assert_eq!(frame(&mut stage, None, few), [1, 1, 1, 1], "few: the tree is cut, that of the small object is not");
-    assert_eq!(frame(&mut stage, None, few), [0, 2, 1, 1]);
+    assert_eq!(frame(&mut stage, &mut random, &[1, 2], None, many), [0, 2, 1, 0], "many rays");
+    assert_eq!(
+        frame(&mut stage, &mut random, &[1, 2], None, few),
+        [1, 1, 1, 1],
+        "few: the tree is cut, that of the small object is not"
+    );
+    assert_eq!(frame(&mut stage, &mut random, &[1, 2], None, few), [0, 2, 1, 1]);
     assert!(stage.world.touched().0 == 0);
     stage.look(&mut random, 1);
     assert!(stage.world.touched().0 > 1, "rays update it in parts");
-    let mut frame = |stage: &mut Stage, part: Option<usize>, traced: f64| {
-        stage.look(&mut random, 1);
-        stage.world.add_traced(traced);
-        for name in 1..=3 {
-            stage.shift(name, part, by);
-        }
-        let stats = stage.update();
-        [stats.objects_built, stats.objects_refitted, stats.objects_waiting, stats.objects_by_rays]
-    };
     for part in 0..4 {
-        assert_eq!(frame(&mut stage, Some(part), few)[3], 1, "moved in part it stays so");
+        assert_eq!(frame(&mut stage, &mut random, &[1], Some(part), few)[3], 1, "moved in part it stays so");
     }
-    assert_eq!(frame(&mut stage, None, few), [0, 1, 2, 1]);
-    assert_eq!(frame(&mut stage, None, many), [1, 0, 2, 0], "what rays lost would have bought a build");
-    assert_eq!(frame(&mut stage, None, few), [1, 0, 2, 1], "and again");
+    assert_eq!(frame(&mut stage, &mut random, &[1], None, few), [0, 1, 2, 1]);
+    assert_eq!(
+        frame(&mut stage, &mut random, &[1], None, many),
+        [1, 0, 2, 0],
+        "what rays lost would have bought a build"
+    );
+    assert_eq!(frame(&mut stage, &mut random, &[1], None, few), [1, 0, 2, 1], "and again");
     // Looked away from, it waits; looked at again, it is up to date.
     stage.shift(1, None, by);
     stage.shift(1, None, by);
@@ -287,13 +289,7 @@ fn a_tree_left_to_rays_that_wears_is_built_anew() {
     let mut move_by = |stage: &mut Stage, size: f32| {
         stage.look(&mut random, 1);
         stage.world.add_traced(1e-6);
-        let positions = &stage.scene.objects[&1].mesh.positions;
-        let flown = positions.chunks(3).flat_map(|corners| {
-            let by = random.vec() * size;
-            corners.iter().map(|p| *p + by).collect::<Vec<_>>()
-        });
-        let positions = flown.collect();
-        stage.scene.apply(Command::UpdatePositions { name: 1, first: 0, positions });
+        stage.scatter(1, &mut random, size);
         let stats = stage.update();
         [stats.objects_built, stats.objects_refitted, stats.objects_by_rays]
     };
