@@ -15,8 +15,8 @@
 //! To begin costs three refits once (the tree is cut, not built: 50 ns per triangle, mostly of memory touched first); to end costs a build. So it begins at once if it surely pays, and ends when
 //! what has been lost since it last paid would have bought the build, which at worst doubles the loss (the rule of those who rent skis).
 //!
-//! *Measured* (`peers -- dynamic --strategy lazy,rotate`, 19 frames, one thread, milliseconds of update and trace): nine bodies 3.8 + 51.9, left to rays from the first frame on 53.5 in
-//! all, rotated 60.3; crowd 10.7 + 61.7, left to rays 68.2. Over 6 and 3 frames the cut is not earned back: 1.25 and 1.33 times the best in one run.
+//! *Measured* (`peers -- dynamic --strategy lazy,rotate`, 19 frames, one thread, update and trace): nine bodies 1.04 times what it takes to leave them to rays from
+//! the first frame on, 0.92 of rotations; crowd 1.06 of the former. Over 6 and 3 frames the cut is not earned back: 1.25 and 1.33 times the best in one run.
 //!
 //! The decision is one for all objects that rays met and that have moved as a whole. Each leaves again on its own if it wears ([`ByRays`]): nothing is sorted in such a
 //! tree. Of all that can be looked at only what rays had updated is, an eighth of it per frame, and the top.

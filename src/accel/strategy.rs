@@ -5,7 +5,7 @@
 //! * `Static` and `Affine` objects are built once: SAH.
 //! * `Unstructured` objects begin with SAH as well, since the first frame builds everything anyway. Those whose vertices
 //!   move are refit with rotations ([`super::rotate`]; 17–21 ns per triangle in Embree, a Morton build 60–70, SAH 250–330), which costs what a refit and the look
-//!   at its wear cost before, and keeps builds off where bodies fly through each other: spheres of S7 11.4 ms per update with builds, 3.9 with rotations. Where
+//!   at its wear cost before, and keeps builds off where bodies fly through each other: spheres of S7 take a third of the update that builds took. Where
 //!   the tree is [`WORN`] times as costly to trace as after its build all the same, it is built anew, fast. A motion that wears the tree in every frame is
 //!   answered by builds alone. Objects that no ray met in the frame before wait for one ([`super::waiting`]); large ones that rays met are left to the rays
 //!   where that pays ([`super::by_rays`]). Those that are defined anew every
@@ -51,8 +51,7 @@ impl Method {
         matches!(self, Method::Lazy(_) | Method::Bvh { moved: Moved::Refit, .. })
     }
 
-    /// Whether an object that no ray meets is left alone while its vertices move.
-    /// Or left to rays, part by part.
+    /// Whether an object that no ray meets is left alone while its vertices move, and a large one to the rays, part by part.
     pub fn may_wait(self) -> bool {
         matches!(self, Method::Bvh { moved: Moved::Auto, .. })
     }

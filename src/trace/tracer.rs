@@ -99,7 +99,7 @@ impl<'a> Tracer<'a> {
 
 /// Whether a ray can be traced as it is.
 #[inline(always)]
-pub(super) fn is_usual(ray: &Ray) -> bool {
+fn is_usual(ray: &Ray) -> bool {
     USUAL_LENGTH.contains(&ray.dir.abs().max_element())
 }
 
