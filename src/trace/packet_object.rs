@@ -78,7 +78,7 @@ impl<I: Shells, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
             if !found.habits[usize::from(self.differ)].are_to_part() {
                 return false;
             }
-            for r in bits(I::turns::<ANY>(bvh, packet, mask, down, (object, instance), found)) {
+            for r in bits(I::turns::<ANY, _>(bvh, ChildRef::ROOT, packet, mask, down, (object, instance), found)) {
                 <Self as Leaves<I>>::alone(self, ChildRef::ROOT, r, down, found);
             }
         }

@@ -13,7 +13,7 @@ use super::packet_scene::Scratch;
 use super::traverse_bvh::traverse;
 use super::traverse_lazy::{self, View};
 use super::triangle4::{Edges, resolve};
-use super::turns::take_turns;
+use super::turns::{Ground, take_turns};
 use super::{Hit, PreparedRay, Ray, traverse_top_bvh};
 use crate::accel::{Bvh, ChildRef, LazyBvh, TopLevelBvh, Tri4, TwoLevel};
 use crate::simd::{Isa, Level, Scalar};
@@ -50,9 +50,10 @@ pub(super) trait Shells: Isa {
     /// The rays of a packet through one object, each on its own way: see [`take_turns`].
     ///
     /// # Safety
-    /// - The processor has the instruction set; the tree is not empty.
-    unsafe fn turns<const ANY: bool>(
-        bvh: &Bvh,
+    /// - The processor has the instruction set; `root` is a node of the tree.
+    unsafe fn turns<const ANY: bool, T: Ground>(
+        tree: &T,
+        root: ChildRef,
         packet: &Packet,
         mask: u64,
         down: [bool; 3],
@@ -247,11 +248,12 @@ macro_rules! shells {
             }
 
             /// # Safety
-            /// - The processor has the features named; the tree is not empty.
+            /// - The processor has the features named; `root` is a node of the tree.
             $(#[target_feature(enable = $feature)])*
             #[inline(never)]
-            unsafe fn turns_shell<const ANY: bool>(
-                bvh: &Bvh,
+            unsafe fn turns_shell<const ANY: bool, T: Ground>(
+                tree: &T,
+                root: ChildRef,
                 packet: &Packet,
                 mask: u64,
                 down: [bool; 3],
@@ -259,7 +261,7 @@ macro_rules! shells {
                 found: &mut Found,
             ) -> u64 {
                 // SAFETY: the caller's promise.
-                unsafe { take_turns::<$isa, ANY>(bvh, packet, mask, down, numbers, found) }
+                unsafe { take_turns::<$isa, ANY, T>(tree, root, packet, mask, down, numbers, found) }
             }
 
             impl Shells for $isa {
@@ -300,8 +302,9 @@ macro_rules! shells {
                 }
 
                 #[inline(always)]
-                unsafe fn turns<const ANY: bool>(
-                    bvh: &Bvh,
+                unsafe fn turns<const ANY: bool, T: Ground>(
+                    tree: &T,
+                    root: ChildRef,
                     packet: &Packet,
                     mask: u64,
                     down: [bool; 3],
@@ -309,7 +312,7 @@ macro_rules! shells {
                     found: &mut Found,
                 ) -> u64 {
                     // SAFETY: the caller's promise.
-                    unsafe { turns_shell::<ANY>(bvh, packet, mask, down, numbers, found) }
+                    unsafe { turns_shell::<ANY, T>(tree, root, packet, mask, down, numbers, found) }
                 }
 
                 #[inline(always)]

@@ -34,12 +34,14 @@
 
 use super::packet::{Found, GROUPS, LANES, Packet, RAYS, load3};
 use super::shells::Shells;
+use super::traverse_packet::Nodes;
 use super::triangle4::{RayLanes, edges4};
 use super::{Hit, PreparedRay, SLAB_PAD};
 use crate::accel::{Bvh, ChildRef, Node8, Tri4, WIDTH};
 use crate::simd::{Eight, Isa, Vector, prefetch_at};
 use std::hint::select_unpredictable;
 use std::mem::{MaybeUninit, take};
+use std::ops::Deref;
 
 /// Rays at the same time.
 const SLOTS: usize = 16;
@@ -131,15 +133,66 @@ unsafe fn push_if(list: &mut [u32; SLOTS], len: &mut usize, slot: u32, so: usize
     *len += so;
 }
 
+/// The tree that rays take turns in.
+pub(super) trait Ground: Nodes {
+    /// Where a leaf leads that has been reached.
+    ///
+    /// # Safety
+    /// - It is a leaf of the tree.
+    #[inline(always)]
+    unsafe fn lead(&self, _leaf: ChildRef) -> Lead {
+        Lead::Blocks
+    }
+
+    /// The blocks of a leaf that leads to them.
+    ///
+    /// # Safety
+    /// - It is a leaf of the tree, and has been reached.
+    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>>;
+
+    /// Where nodes and blocks begin, and how many bytes a block takes.
+    fn beginnings(&self) -> (*const Node8, *const u8, usize);
+}
+
+/// See [`Ground::lead`].
+pub(super) enum Lead {
+    Blocks,
+    On(ChildRef),
+    /// The ray has to be traced in another way.
+    Elsewhere,
+}
+
+impl Ground for Bvh {
+    #[inline(always)]
+    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
+        // SAFETY: the caller's promise.
+        unsafe { Bvh::blocks(self).get_unchecked(leaf.blocks()).iter() }
+    }
+
+    #[inline(always)]
+    fn beginnings(&self) -> (*const Node8, *const u8, usize) {
+        (self.nodes().as_ptr(), Bvh::blocks(self).as_ptr().cast(), size_of::<Tri4>())
+    }
+}
+
+impl Nodes for Bvh {
+    #[inline(always)]
+    unsafe fn node(&self, index: usize) -> &Node8 {
+        // SAFETY: the caller's promise.
+        unsafe { self.nodes().get_unchecked(index) }
+    }
+}
+
 /// All rays on their way.
-struct Turns<'a, I: Isa> {
-    bvh: &'a Bvh,
+struct Turns<'a, I: Isa, T> {
+    tree: &'a T,
+    root: ChildRef,
     slots: [MaybeUninit<Slot<I>>; SLOTS],
     /// Distances above, children below; written eight at a time.
     stacks: [[MaybeUninit<u64>; STACK + WIDTH]; SLOTS],
     lists: Lists,
-    /// Rays whose stack was too small.
-    full: u64,
+    /// Rays whose stack was too small, or that came where they cannot go on.
+    stuck: u64,
 }
 
 /// Keeps what happens rarely out of the way of the rest.
@@ -175,26 +228,28 @@ pub(super) unsafe fn differ_much<I: Isa>(packet: &Packet, mask: u64) -> bool {
     }
 }
 
-/// Looks for hits of the rays of `packet` in `mask`, whose directions have the signs of `down`, by the contract of
+/// Looks for hits of the rays of `packet` in `mask`, whose directions have the signs of `down`, below a node, by the contract of
 /// `packet_object::traverse_object`. Returns the rays that have to be traced in another way.
 ///
 /// # Safety
-/// - The processor has the instruction set `I`; the tree is not empty.
+/// - The processor has the instruction set `I`; `root` is a node of the tree.
 #[inline(always)]
-pub(super) unsafe fn take_turns<I: Shells, const ANY: bool>(
-    bvh: &Bvh,
+pub(super) unsafe fn take_turns<I: Shells, const ANY: bool, T: Ground>(
+    tree: &T,
+    root: ChildRef,
     packet: &Packet,
     mask: u64,
     down: [bool; 3],
     numbers: (u32, u32),
     found: &mut Found,
 ) -> u64 {
-    let mut turns = Turns::<I> {
-        bvh,
+    let mut turns = Turns::<I, T> {
+        tree,
+        root,
         slots: [const { MaybeUninit::uninit() }; SLOTS],
         stacks: [const { [const { MaybeUninit::uninit() }; STACK + WIDTH] }; SLOTS],
         lists: Lists { at_node: [0; SLOTS], at_leaf: [0; SLOTS], back: [0; SLOTS] },
-        full: 0,
+        stuck: 0,
     };
     let mut rest = mask;
     let mut ends = Lengths::default();
@@ -221,10 +276,10 @@ pub(super) unsafe fn take_turns<I: Shells, const ANY: bool>(
             turns.stacks::<ANY>(&mut ends, packet, &mut rest, found);
         }
     }
-    turns.full
+    turns.stuck
 }
 
-impl<I: Shells> Turns<'_, I> {
+impl<I: Shells, T: Ground> Turns<'_, I, T> {
     /// # Safety
     /// - `slot` has begun.
     #[inline(always)]
@@ -250,7 +305,7 @@ impl<I: Shells> Turns<'_, I> {
             tmin: ray.tmin,
             neg_inv_dir: (-ray.inv_dir).to_array(),
             best,
-            current: ChildRef::node(0),
+            current: self.root,
             depth: 0,
             number: number as u32,
             ray,
@@ -275,10 +330,9 @@ impl<I: Shells> Turns<'_, I> {
             push_if(&mut self.lists.at_node, &mut ends.at_node, slot, so - leaf);
         }
         // Where nothing was hit the child is any of the node's, or none: an address all the same.
-        let node = (self.bvh.nodes().as_ptr().cast(), size_of::<Node8>());
-        let block = (self.bvh.blocks().as_ptr().cast(), size_of::<Tri4>());
-        let base: *const u8 = select_unpredictable(child.is_leaf(), block.0, node.0);
-        let size = select_unpredictable(child.is_leaf(), block.1, node.1);
+        let (nodes, blocks, block) = self.tree.beginnings();
+        let base: *const u8 = select_unpredictable(child.is_leaf(), blocks, nodes.cast());
+        let size = select_unpredictable(child.is_leaf(), block, size_of::<Node8>());
         // A node's four lines hold a block's three.
         prefetch_at(base.wrapping_add(child.blocks().start * size).cast::<Node8>());
     }
@@ -297,10 +351,8 @@ impl<I: Shells> Turns<'_, I> {
             unsafe {
                 // The list is written up to here at most.
                 let s = *self.lists.at_node.get_unchecked(i);
-                let node: &Node8 = {
-                    let current = self.slot(s).current;
-                    self.bvh.nodes().get_unchecked(current.index())
-                };
+                let tree = self.tree;
+                let node = tree.node(self.slot(s).current.index());
                 let slot = self.slot(s);
                 let (mut enter, mut exit) = (I::F8::splat(slot.tmin), I::F8::splat(slot.best));
                 for (k, near) in near.into_iter().enumerate() {
@@ -314,7 +366,7 @@ impl<I: Shells> Turns<'_, I> {
                     // Nothing is lost of what it has found.
                     rarely();
                     let number = slot.number;
-                    self.full |= 1 << number;
+                    self.stuck |= 1 << number;
                     (mask, depth) = (0, 0);
                 }
                 let others = mask & !(1 << nearest);
@@ -332,7 +384,7 @@ impl<I: Shells> Turns<'_, I> {
         }
     }
 
-    /// The triangles of every ray at a leaf, which then goes back.
+    /// The triangles of every ray at a leaf, which then goes back; or on, where a leaf leads to a node.
     ///
     /// # Safety
     /// - The processor has the instruction set `I`.
@@ -340,14 +392,29 @@ impl<I: Shells> Turns<'_, I> {
     unsafe fn leaves<const ANY: bool>(&mut self, ends: &mut Lengths, numbers: (u32, u32), found: &mut Found) {
         let count = take(&mut ends.at_leaf);
         for i in 0..count {
-            let bvh = self.bvh;
+            let tree = self.tree;
             // SAFETY: the caller's promise; a slot in a list has begun, and its leaf is one of the tree.
             unsafe {
                 let s = *self.lists.at_leaf.get_unchecked(i);
+                let leaf = self.slot(s).current;
+                let lead = tree.lead(leaf);
+                if let Lead::On(node) = lead {
+                    self.send(ends, s, node, true);
+                    continue;
+                }
                 push_if(&mut self.lists.back, &mut ends.back, s, 1);
+                if let Lead::Elsewhere = lead {
+                    rarely();
+                    let slot = self.slot(s);
+                    slot.depth = 0;
+                    let number = slot.number;
+                    self.stuck |= 1 << number;
+                    continue;
+                }
                 let slot = self.slot(s);
                 let number = slot.number as usize % RAYS;
-                for block in bvh.blocks().get_unchecked(slot.current.blocks()) {
+                for block in tree.blocks(leaf) {
+                    let block = &*block;
                     let Some((candidates, edges)) = edges4(&slot.lanes, block) else { continue };
                     if ANY {
                         let none = &mut Hit::none(slot.best);

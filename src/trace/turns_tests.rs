@@ -6,7 +6,7 @@ use super::shells::Shells;
 use super::tests::{kernels, rays};
 use super::turns::Habits;
 use crate::accel::test_meshes::{Random, bumpy_sphere, needles, soup};
-use crate::accel::{Bvh, build_fast, build_sah};
+use crate::accel::{Bvh, ChildRef, build_fast, build_sah};
 use crate::simd::{Level, Scalar, bits};
 
 const NUMBERS: (u32, u32) = (9, 4);
@@ -23,13 +23,17 @@ fn turns<const ANY: bool>(
     // SAFETY: the level is available, and the tree is not empty.
     unsafe {
         match level {
-            Level::Scalar => Scalar::turns::<ANY>(bvh, packet, mask, down, NUMBERS, found),
+            Level::Scalar => Scalar::turns::<ANY, _>(bvh, ChildRef::ROOT, packet, mask, down, NUMBERS, found),
             #[cfg(target_arch = "x86_64")]
-            Level::Sse41 => crate::simd::Sse41::turns::<ANY>(bvh, packet, mask, down, NUMBERS, found),
+            Level::Sse41 => {
+                crate::simd::Sse41::turns::<ANY, _>(bvh, ChildRef::ROOT, packet, mask, down, NUMBERS, found)
+            }
             #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => crate::simd::Avx2::turns::<ANY>(bvh, packet, mask, down, NUMBERS, found),
+            Level::Avx2 => crate::simd::Avx2::turns::<ANY, _>(bvh, ChildRef::ROOT, packet, mask, down, NUMBERS, found),
             #[cfg(target_arch = "x86_64")]
-            Level::Avx512 => crate::simd::Avx512::turns::<ANY>(bvh, packet, mask, down, NUMBERS, found),
+            Level::Avx512 => {
+                crate::simd::Avx512::turns::<ANY, _>(bvh, ChildRef::ROOT, packet, mask, down, NUMBERS, found)
+            }
             #[cfg(not(target_arch = "x86_64"))]
             _ => unreachable!("other processors have no level above Scalar"),
         }
