@@ -29,7 +29,7 @@ use super::lazy_cut::{LazyBlock, Segment, Topology};
 use super::lazy_write::Write;
 use super::links::Links;
 use super::memory::{filled, reserve};
-use super::vertex_box::{box_of_all, box_of_listed};
+use super::vertex_box::{box_of_all, box_of_set};
 use super::{Aabb, build_sah};
 use crate::scene::{LazyShape, Mesh};
 use crate::simd::{self, Level};
@@ -123,7 +123,7 @@ impl LazyBvh {
         let bounds = box_of_all(&mesh.positions);
         let mut nodes = reserve(topology.children.len())?;
         nodes.extend(topology.children.iter().map(|&children| Node8 { children, ..Node8::EMPTY }));
-        let vertices = filled(Vec::new(), topology.held, Vec4::ZERO)?;
+        let vertices = filled(Vec::new(), topology.vertices.len(), Vec4::ZERO)?;
         let places = topology.segments.iter().map(|s| (s.nodes.clone(), s.held.clone()));
         let parts = OnTouch::new(nodes, vertices, places);
         let prim_count = mesh.triangles.len();
@@ -131,9 +131,9 @@ impl LazyBvh {
         Ok(Self { topology, parts, source, bounds, prim_count, revived, touched, links: None })
     }
 
-    /// Says that vertices have moved, and where they are now; the triangles are those of the build. Returns how many nodes were written, and None
-    /// if it has to be built anew. To be called inside the pool.
-    pub(super) fn moved(&mut self, mesh: &Mesh, source: Source) -> Option<usize> {
+    /// Says that vertices have moved, and where they are now; the triangles are those of the build. The top is written `now`, if rays are expected, or waits
+    /// for one. Returns how many nodes were written, and None if it has to be built anew. To be called inside the pool.
+    pub(super) fn moved(&mut self, mesh: &Mesh, source: Source, now: bool) -> Option<usize> {
         let revived = std::mem::take(self.revived.get_mut());
         if mesh.triangles.len() != self.prim_count
             || (revived && self.topology.dropped > self.prim_count / MANY_DROPPED)
@@ -141,9 +141,8 @@ impl LazyBvh {
             return None;
         }
         self.source = source;
-        let was_reached = !self.is_empty() && self.parts.is_current(0);
         self.parts.advance();
-        if was_reached {
+        if now && !self.is_empty() {
             let boxes = self.boxes_below(0, mesh, true);
             let nodes = self.write_now(0, mesh, &boxes);
             let (bounds, count) = (nodes[0].union(), nodes.len());
@@ -285,7 +284,7 @@ impl LazyBvh {
     /// The boxes of the segments below one, from their vertices.
     fn boxes_below(&self, segment: usize, mesh: &Mesh, parallel: bool) -> Vec<BlockBox> {
         let vertex_box = |below: &Segment| {
-            let Aabb { lo, hi } = box_of_listed(&mesh.positions, &self.topology.vertices, below.all.clone());
+            let Aabb { lo, hi } = box_of_set(&mesh.positions, &self.topology.around, &below.around);
             BlockBox { lo: lo.extend(0.0), hi: hi.extend(0.0) }
         };
         let below = &self.topology.segments[self.topology.segments[segment].below.clone()];

@@ -13,7 +13,8 @@
 
 use super::OutOfMemory;
 use super::bvh::{BLOCK, Bvh, ChildRef, MAX_DEPTH, MAX_LEAF_BLOCKS, WIDTH};
-use super::memory::reserve;
+use super::memory::{ask, copied, reserve};
+use super::vertex_runs::{Marks, VertexSet};
 use crate::scene::{LazyShape, Mesh};
 use crate::simd::{Places, place_of};
 use rayon::prelude::*;
@@ -45,10 +46,10 @@ pub(super) struct Topology {
     pub blocks: Vec<LazyBlock>,
     /// The top first.
     pub segments: Vec<Segment>,
-    /// Lists of vertices of the mesh, each once.
+    /// Per vertex that the tree holds, its number in the mesh.
     pub vertices: Vec<u32>,
-    /// How many vertices the tree holds.
-    pub held: usize,
+    /// Lists for [`Segment::around`].
+    pub around: Vec<u32>,
     /// Triangles that were unusable when the tree was built.
     pub dropped: usize,
 }
@@ -59,11 +60,10 @@ pub(super) struct Segment {
     pub blocks: Range<usize>,
     /// The segments below it.
     pub below: Range<usize>,
-    /// Which of the lists is that of its own triangles, and which that of its own and all below. The top has no use for that.
-    pub own: Range<usize>,
-    pub all: Range<usize>,
-    /// Where its own vertices are among those that the tree holds.
+    /// The vertices of its own triangles, among those that the tree holds.
     pub held: Range<usize>,
+    /// Those of its own triangles and of all below, for its box. The top has no use for that.
+    pub around: VertexSet,
     /// Its triangles were unusable at the build.
     pub dropped: bool,
 }
@@ -73,7 +73,7 @@ impl Topology {
         self.children.capacity() * size_of::<[ChildRef; WIDTH]>()
             + self.blocks.capacity() * size_of::<LazyBlock>()
             + self.segments.capacity() * size_of::<Segment>()
-            + self.vertices.capacity() * size_of::<u32>()
+            + (self.vertices.capacity() + self.around.capacity()) * size_of::<u32>()
     }
 
     /// Cuts the tree of `mesh`. To be called inside the pool.
@@ -107,7 +107,7 @@ impl Topology {
 
     /// Lists the vertices of all segments, and tells the blocks where their corners are among them.
     fn list_vertices(&mut self, mesh: &Mesh) -> Result<(), OutOfMemory> {
-        let mut cut: Vec<&mut [LazyBlock]> = Vec::with_capacity(self.segments.len());
+        let mut cut: Vec<&mut [LazyBlock]> = reserve(self.segments.len())?;
         let mut rest = &mut self.blocks[..];
         for segment in &self.segments {
             let (own, others) = rest.split_at_mut(segment.blocks.len());
@@ -115,44 +115,53 @@ impl Topology {
             rest = others;
         }
         // The numbers of corners within the segment at first.
-        let own: Vec<Vec<u32>> =
-            cut.into_par_iter().map_init(Distinct::default, |list, own| list.own(mesh, own)).collect();
-        // If it is another one, and there is a use for it.
-        let this = &*self;
-        let all: Vec<Vec<u32>> = (0..self.segments.len())
+        let own: Vec<Vec<u32>> = cut
             .into_par_iter()
-            .map_init(Distinct::default, |list, number| {
-                if number == 0 || this.segments[number].below.is_empty() {
-                    Vec::new()
-                } else {
-                    list.all(mesh, this, number)
-                }
-            })
-            .collect();
-        let mut vertices = reserve(own.iter().chain(&all).map(Vec::len).sum())?;
-        for ((segment, own), all) in self.segments.iter_mut().zip(own).zip(all) {
-            let mut append = |list: Vec<u32>| {
-                vertices.extend_from_slice(&list);
-                vertices.len() - list.len()..vertices.len()
-            };
-            segment.held = self.held..self.held + own.len();
-            self.held = segment.held.end;
-            segment.own = append(own);
-            segment.all = if segment.below.is_empty() { segment.own.clone() } else { append(all) };
-            for block in &mut self.blocks[segment.blocks.clone()] {
+            .map_init(Distinct::default, |list, own| list.number_corners(mesh, own))
+            .collect::<Result<_, _>>()?;
+        let mut vertices = reserve(own.iter().map(Vec::len).sum())?;
+        for (segment, own) in self.segments.iter_mut().zip(own) {
+            segment.held = vertices.len()..vertices.len() + own.len();
+            vertices.extend_from_slice(&own);
+        }
+        self.vertices = vertices;
+        let mut rest = &mut self.blocks[..];
+        for segment in &self.segments {
+            let (own, others) = rest.split_at_mut(segment.blocks.len());
+            rest = others;
+            for block in own {
                 block.corners = block.corners.map(|lanes| lanes.map(|i| place_of(segment.held.start + i as usize)));
             }
         }
-        self.vertices = vertices;
+        self.list_around(mesh)
+    }
+
+    /// Lists the vertices that the boxes of segments are around.
+    fn list_around(&mut self, mesh: &Mesh) -> Result<(), OutOfMemory> {
+        let this = &*self;
+        let sets = (1..self.segments.len()).into_par_iter().map_init(Marks::default, |marks, number| {
+            marks.prepare(mesh.positions.len())?;
+            this.each_list(number, &mut |list| marks.mark(list));
+            marks.take()
+        });
+        let sets: Vec<[Vec<u32>; 2]> = sets.collect::<Result<_, _>>()?;
+        let mut around = reserve(sets.iter().flatten().map(Vec::len).sum())?;
+        for (segment, [runs, rest]) in self.segments.iter_mut().skip(1).zip(sets) {
+            let middle = around.len() + runs.len();
+            segment.around = VertexSet { runs: around.len()..middle, rest: middle..middle + rest.len() };
+            around.extend_from_slice(&runs);
+            around.extend_from_slice(&rest);
+        }
+        self.around = around;
         Ok(())
     }
 
-    /// The blocks of a segment and of all below it.
-    fn each_block(&self, number: usize, to: &mut dyn FnMut(&LazyBlock)) {
+    /// The vertices of a segment and those of all below it.
+    fn each_list(&self, number: usize, to: &mut dyn FnMut(&[u32])) {
         let segment = &self.segments[number];
-        self.blocks[segment.blocks.clone()].iter().for_each(&mut *to);
+        to(&self.vertices[segment.held.clone()]);
         for below in segment.below.clone() {
-            self.each_block(below, to);
+            self.each_list(below, to);
         }
     }
 
@@ -166,7 +175,7 @@ impl Topology {
 /// Numbers vertices in the order of their first use: those of a leaf then are neighbours, which they rarely are in a mesh.
 ///
 /// A hash table of the vertices of one segment stays in the nearest cache, where marks for those of the whole mesh would not (sorting, which was here before,
-/// took four fifths of a cut's 120 ns per triangle).
+/// took four fifths of a cut's 120 ns per triangle). It begins small, as most vertices have six triangles.
 #[derive(Default)]
 struct Distinct {
     /// Vertex and number; a power of two of them, more than there are vertices.
@@ -175,12 +184,17 @@ struct Distinct {
 }
 
 impl Distinct {
-    const FREE: u32 = u32::MAX;
+    const FREE: (u32, u32) = (u32::MAX, 0);
 
-    fn begin(&mut self, most: usize) {
-        self.table.clear();
-        self.table.resize((2 * most).next_power_of_two(), (Self::FREE, 0));
+    /// Gets ready for so many corners.
+    fn begin(&mut self, corners: usize) -> Result<(), OutOfMemory> {
         self.list.clear();
+        // Room for all that may come, so that none is asked for later.
+        ask(&mut self.list, corners)?;
+        ask(&mut self.table, (2 * corners).next_power_of_two())?;
+        self.table.clear();
+        self.table.resize((corners / 2).next_power_of_two(), Self::FREE);
+        Ok(())
     }
 
     #[inline]
@@ -190,10 +204,13 @@ impl Distinct {
         loop {
             match self.table[at] {
                 (known, number) if known == vertex => return number,
-                (Self::FREE, _) => {
+                Self::FREE => {
                     let number = self.list.len() as u32;
                     self.table[at] = (vertex, number);
                     self.list.push(vertex);
+                    if 2 * self.list.len() > self.table.len() {
+                        self.grow();
+                    }
                     return number;
                 }
                 _ => at = (at + 1) & mask,
@@ -201,9 +218,23 @@ impl Distinct {
         }
     }
 
+    #[cold]
+    fn grow(&mut self) {
+        let size = 2 * self.table.len();
+        self.table.clear();
+        self.table.resize(size, Self::FREE);
+        for (number, &vertex) in (0..).zip(&self.list) {
+            let mut at = (vertex.wrapping_mul(0x9E37_79B1) >> 7) as usize & (size - 1);
+            while self.table[at] != Self::FREE {
+                at = (at + 1) & (size - 1);
+            }
+            self.table[at] = (vertex, number);
+        }
+    }
+
     /// The vertices of some blocks, each once, whose numbers these get.
-    fn own(&mut self, mesh: &Mesh, blocks: &mut [LazyBlock]) -> Vec<u32> {
-        self.begin(blocks.len() * BLOCK * 3);
+    fn number_corners(&mut self, mesh: &Mesh, blocks: &mut [LazyBlock]) -> Result<Vec<u32>, OutOfMemory> {
+        self.begin(blocks.len() * BLOCK * 3)?;
         for block in blocks {
             for (lane, &prim) in block.prims.iter().enumerate() {
                 for (corner, &vertex) in mesh.triangles[prim as usize].iter().enumerate() {
@@ -211,20 +242,7 @@ impl Distinct {
                 }
             }
         }
-        self.list.clone()
-    }
-
-    /// The vertices of a segment and of all below it.
-    fn all(&mut self, mesh: &Mesh, topology: &Topology, segment: usize) -> Vec<u32> {
-        let mut count = 0;
-        topology.each_block(segment, &mut |_| count += 1);
-        self.begin(count * BLOCK * 3);
-        topology.each_block(segment, &mut |block| {
-            for vertex in block.prims.iter().flat_map(|&prim| mesh.triangles[prim as usize]) {
-                self.number(vertex);
-            }
-        });
-        self.list.clone()
+        copied(&self.list)
     }
 }
 

@@ -9,14 +9,14 @@
 
 use super::Aabb;
 use super::aabb::{PAD_ABSOLUTE, PAD_EXTENT, PAD_ULP};
-use super::block_loader::BlockBox;
+use super::block_loader::{BlockBox, vertex};
 use super::bvh::{Node8, WIDTH};
 use super::lazy_cut::{LazyBlock, Segment, Topology};
 use super::refit::set_bounds;
 use super::triangle_bounds;
-use super::vertex_box::{LIMIT, ask_for_first, each_listed};
+use super::vertex_box::{AHEAD, LIMIT, ask_for_first, each_listed};
 use crate::scene::Mesh;
-use crate::simd::{Kernel, box_at, prefetch_at};
+use crate::simd::{Kernel, box_at, components, prefetch_at};
 use glam::{BVec4A, Vec4, Vec4Swizzles};
 use std::ops::Range;
 
@@ -40,7 +40,7 @@ impl Kernel for Write<'_> {
         let blocks = &topology.blocks[segment.blocks.clone()];
         let (first_block, first_node) = (blocks.as_ptr(), nodes.as_ptr());
         // As many blocks and nodes as there are, by and large; to ask for others does no harm.
-        let usable = fetch(mesh, &topology.vertices, segment.own.clone(), vertices, |i| {
+        let usable = fetch(mesh, &topology.vertices, segment.held.clone(), vertices, |i| {
             prefetch_at(first_block.wrapping_add(i));
             if i % 2 == 0 {
                 prefetch_at(first_node.wrapping_add(i / 2));
@@ -105,7 +105,9 @@ fn fetch(mesh: &Mesh, lists: &[u32], which: Range<usize>, vertices: &mut [Vec4],
     let mut usable = BVec4A::new(true, true, true, true);
     let mut to = vertices.iter_mut().enumerate();
     ask_for_first(&mesh.positions, &lists[which.clone()]);
-    each_listed(&mesh.positions, lists, which, |p| {
+    let coordinates = components(&mesh.positions);
+    each_listed(&mesh.positions, lists, which, AHEAD, |index| {
+        let p = vertex(coordinates, index);
         // NaN fails.
         usable &= p.abs().cmple(Vec4::splat(LIMIT));
         if let Some((i, to)) = to.next() {

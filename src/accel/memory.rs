@@ -11,6 +11,21 @@ pub(super) fn reserve<T>(len: usize) -> Result<Vec<T>, OutOfMemory> {
     Ok(vec)
 }
 
+/// Makes a vector have room for `len` elements.
+pub(super) fn ask<T>(vec: &mut Vec<T>, len: usize) -> Result<(), OutOfMemory> {
+    let more = len.saturating_sub(vec.len());
+    vec.try_reserve(more).map_err(|_| OutOfMemory { bytes: len.saturating_mul(size_of::<T>()) })
+}
+
+/// A copy, no larger than it must be.
+pub(super) fn copied<T: Copy>(elements: &[T]) -> Result<Vec<T>, OutOfMemory> {
+    let mut vec = Vec::new();
+    let bytes = size_of_val(elements);
+    vec.try_reserve_exact(elements.len()).map_err(|_| OutOfMemory { bytes })?;
+    vec.extend_from_slice(elements);
+    Ok(vec)
+}
+
 /// The same vector if it has room for `len` elements and not for more than twice as many; else another one. A vector that
 /// had become too small grows by an eighth more than asked, as it will be asked for about as much again.
 pub(super) fn recycled<T>(old: Vec<T>, len: usize) -> Result<Vec<T>, OutOfMemory> {

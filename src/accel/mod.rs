@@ -39,6 +39,7 @@ mod treelet;
 mod two_level;
 mod validate;
 mod vertex_box;
+mod vertex_runs;
 mod visibility;
 mod waiting;
 

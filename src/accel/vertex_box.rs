@@ -13,6 +13,7 @@
 use super::Aabb;
 use super::aabb::{MAX_COORDINATE, padded};
 use super::block_loader::vertex;
+use super::vertex_runs::{RUN, VertexSet};
 use crate::simd::{self, Kernel, Level, components, prefetch_at};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -20,17 +21,18 @@ use std::ops::Range;
 
 /// Vertices between asking for one and loading it. On nine bodies of 81,920 triangles the update before the first ray is 7 to 8 times cheaper than a refit with 16, 9 times with
 /// 32, 11 times with 64; with 256 no more, and rays that update short lists lose.
-const AHEAD: usize = 64;
+pub(super) const AHEAD: usize = 64;
+/// Likewise runs.
+const AHEAD_RUNS: usize = 24;
 /// Vertices per task.
 const CHUNK: usize = 1 << 15;
 /// A usable triangle has no coordinate beyond this, see [`super::triangle_bounds`].
 pub(super) const LIMIT: f32 = 3.0 * MAX_COORDINATE;
 
-/// The box of all triangles between the vertices that `which` of the lists has; empty if no vertex is usable.
-pub(super) fn box_of_listed(positions: &[Vec3], lists: &[u32], which: Range<usize>) -> Aabb {
-    let list = &lists[which.clone()];
-    finish(simd::run(Level::detect(), Listed { positions, lists, which }), || {
-        usable(list.iter().map(|&v| positions[v as usize]))
+/// The box of all triangles between the vertices of a set in `lists`; empty if no vertex is usable.
+pub(super) fn box_of_set(positions: &[Vec3], lists: &[u32], set: &VertexSet) -> Aabb {
+    finish(simd::run(Level::detect(), Listed { positions, lists, set }), || {
+        usable(set.vertices(lists).map(|v| positions[v as usize]))
     })
 }
 
@@ -61,7 +63,7 @@ fn usable(points: impl Iterator<Item = Vec3>) -> Aabb {
 struct Listed<'a> {
     positions: &'a [Vec3],
     lists: &'a [u32],
-    which: Range<usize>,
+    set: &'a VertexSet,
 }
 
 impl Kernel for Listed<'_> {
@@ -69,10 +71,20 @@ impl Kernel for Listed<'_> {
 
     #[inline(always)]
     fn run(self) -> Aabb {
-        let mut all = Bounds::EMPTY;
-        each_listed(self.positions, self.lists, self.which, |p| all.grow(p));
+        let Self { positions, lists, set } = self;
+        let coordinates = components(positions);
+        let mut of_runs = RunBounds::EMPTY;
+        each_listed(positions, lists, set.runs.clone(), AHEAD_RUNS, |first| of_runs.grow(run(coordinates, first)));
+        let mut all = of_runs.into_bounds();
+        each_listed(positions, lists, set.rest.clone(), AHEAD, |index| all.grow(vertex(coordinates, index)));
         all.into_aabb()
     }
+}
+
+/// The coordinates of a run of vertices.
+#[inline(always)]
+fn run(coordinates: &[f32], first: u32) -> &[f32; 3 * RUN] {
+    coordinates[3 * first as usize..].first_chunk().expect("a run is among the vertices")
 }
 
 /// Asks for the first vertices of a list that is not the one after the last.
@@ -83,21 +95,26 @@ pub(super) fn ask_for_first(positions: &[Vec3], list: &[u32]) {
     }
 }
 
-/// Hands out the vertices of a list, whose last lanes are meaningless. They are asked for some time before they are loaded, and towards the end the first
+/// Hands out the numbers of a list. Vertices are asked for `ahead` numbers before that, and towards the end the first
 /// of the next list: lists are most often gone through in order, and there are many short ones.
 #[inline(always)]
-pub(super) fn each_listed(positions: &[Vec3], lists: &[u32], which: Range<usize>, mut to: impl FnMut(Vec4)) {
-    let coordinates = components(positions);
+pub(super) fn each_listed(
+    positions: &[Vec3],
+    lists: &[u32],
+    which: Range<usize>,
+    ahead: usize,
+    mut to: impl FnMut(u32),
+) {
     let Range { start, end } = which;
-    let later = &lists[(start + AHEAD).min(lists.len())..];
+    let later = &lists[(start + ahead).min(lists.len())..];
     let list = &lists[start..end];
     // Two loops, as to ask whether there still are later ones takes as long as all else.
     for (&index, &later) in list.iter().zip(later) {
         prefetch_at(positions.as_ptr().wrapping_add(later as usize));
-        to(vertex(coordinates, index));
+        to(index);
     }
     for &index in list.get(later.len()..).unwrap_or(&[]) {
-        to(vertex(coordinates, index));
+        to(index);
     }
 }
 
@@ -109,11 +126,45 @@ impl Kernel for All<'_> {
     #[inline(always)]
     fn run(self) -> Aabb {
         let coordinates = components(self.0);
-        let mut all = Bounds::EMPTY;
-        for index in 0..self.0.len() as u32 {
-            all.grow(vertex(coordinates, index));
+        let (runs, rest) = coordinates.as_chunks();
+        let mut of_runs = RunBounds::EMPTY;
+        for run in runs {
+            of_runs.grow(run);
+        }
+        let mut all = of_runs.into_bounds();
+        for index in (coordinates.len() - rest.len()) / 3..self.0.len() {
+            all.grow(vertex(coordinates, index as u32));
         }
         all.into_aabb()
+    }
+}
+
+/// Least and most of the coordinates of runs, as they lie in memory.
+struct RunBounds {
+    lo: [Vec4; 3],
+    hi: [Vec4; 3],
+}
+
+impl RunBounds {
+    const EMPTY: Self = Self { lo: [Vec4::INFINITY; 3], hi: [Vec4::NEG_INFINITY; 3] };
+
+    #[inline(always)]
+    fn grow(&mut self, run: &[f32; 3 * RUN]) {
+        for k in 0..3 {
+            let p = Vec4::new(run[4 * k], run[4 * k + 1], run[4 * k + 2], run[4 * k + 3]);
+            // In this order, see `Bounds`.
+            self.lo[k] = p.min(self.lo[k]);
+            self.hi[k] = p.max(self.hi[k]);
+        }
+    }
+
+    #[inline(always)]
+    fn into_bounds(self) -> Bounds {
+        let points = |[a, b, c]: [Vec4; 3]| {
+            [a, Vec4::new(a.w, b.x, b.y, 0.0), Vec4::new(b.z, b.w, c.x, 0.0), Vec4::new(c.y, c.z, c.w, 0.0)]
+        };
+        let ([a, b, c, d], [e, f, g, h]) = (points(self.lo), points(self.hi));
+        Bounds { lo: a.min(b).min(c.min(d)), hi: e.max(f).max(g.max(h)) }
     }
 }
 
@@ -124,8 +175,6 @@ struct Bounds {
 }
 
 impl Bounds {
-    const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
-
     #[inline(always)]
     fn grow(&mut self, p: Vec4) {
         // In this order: the second operand is taken where the first is not a number.
@@ -144,6 +193,7 @@ mod tests {
     use super::*;
     use crate::accel::test_meshes::degenerate;
     use crate::accel::triangle_bounds;
+    use crate::accel::vertex_runs::Marks;
 
     #[test]
     fn the_box_contains_that_of_every_triangle_and_is_finite() {
@@ -151,12 +201,25 @@ mod tests {
             let count = mesh.triangles.len() as u32;
             let all = box_of_all(&mesh.positions);
             let listed: Vec<u32> = (0..mesh.positions.len() as u32).collect();
-            assert_eq!(all, box_of_listed(&mesh.positions, &listed, 0..listed.len()), "{name}");
+            let alone = VertexSet { runs: 0..0, rest: 0..listed.len() };
+            assert_eq!(all, box_of_set(&mesh.positions, &listed, &alone), "{name}");
+            let mut marks = Marks::default();
+            marks.prepare(listed.len()).expect("memory");
+            for part in listed.chunks(23) {
+                marks.mark(part);
+                let [runs, rest] = marks.take().expect("memory");
+                let in_runs = VertexSet { runs: 0..runs.len(), rest: runs.len()..runs.len() + rest.len() };
+                let lists = [runs, rest].concat();
+                let alone = VertexSet { runs: 0..0, rest: 0..part.len() };
+                let expected = box_of_set(&mesh.positions, part, &alone);
+                assert_eq!(box_of_set(&mesh.positions, &lists, &in_runs), expected, "{name}");
+            }
             assert!(all.is_empty() || (all.lo.is_finite() && all.hi.is_finite()), "{name}: {all:?}");
             for prim in 0..count {
                 let own = triangle_bounds(mesh.corners(prim));
                 assert!(all.contains(&own), "{name}: {all:?} lacks {own:?}");
-                let listed = box_of_listed(&mesh.positions, &mesh.triangles[prim as usize], 0..3);
+                let alone = VertexSet { runs: 0..0, rest: 0..3 };
+                let listed = box_of_set(&mesh.positions, &mesh.triangles[prim as usize], &alone);
                 assert!(listed.contains(&own), "{name}: {listed:?} lacks {own:?}");
                 if !own.is_empty() {
                     assert_eq!(listed, own, "{name}: the box of one triangle is not looser");

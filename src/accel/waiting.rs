@@ -120,6 +120,11 @@ impl Attention {
         self.reached.load(Ordering::Relaxed)
     }
 
+    /// Likewise, and all vertices move now.
+    pub fn take(&mut self) -> bool {
+        std::mem::take(self.reached.get_mut())
+    }
+
     /// Whether the object was looked at in the frame before the last move.
     pub fn was_reached(&self) -> bool {
         self.unseen == 0
@@ -130,7 +135,7 @@ impl Attention {
         if had_to_come {
             self.patience = (2 * self.patience + 1).min(MOST_PATIENCE);
         }
-        let reached = std::mem::take(self.reached.get_mut()) || had_to_come;
+        let reached = self.take() || had_to_come;
         self.unseen = if reached { 0 } else { self.unseen + 1 };
         self.unseen > self.patience
     }

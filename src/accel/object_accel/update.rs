@@ -173,7 +173,8 @@ impl ObjectAccel {
         if let Structure::Lazy(lazy) = &mut self.structure {
             // Without memory for a partial update it is a complete one.
             let some = moved.and_then(|vertices| lazy.moved_some(mesh, mesh.source(), &vertices).ok());
-            return some.or_else(|| lazy.moved(mesh, mesh.source())).map(Outcome::Refitted);
+            let moved = some.or_else(|| lazy.moved(mesh, mesh.source(), self.attention.take()));
+            return moved.map(Outcome::Refitted);
         }
         if let Structure::Field(field) = &mut self.structure {
             return field.moved(mesh, moved.as_deref()).map(Outcome::Refitted);
@@ -219,7 +220,7 @@ impl ObjectAccel {
             if worn || (was_reached && !by_rays) {
                 return self.renew(mesh);
             }
-            let nodes = lazy.moved(mesh, mesh.source())?;
+            let nodes = lazy.moved(mesh, mesh.source(), was_reached)?;
             return Some(if was_reached { Outcome::Refitted(nodes) } else { Outcome::Waits });
         }
         let may = self.by_rays.may() && by_rays && self.triangles >= LARGE && self.attention.was_reached();
