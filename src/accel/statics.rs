@@ -75,7 +75,13 @@ pub struct Merged {
     bvh: Bvh,
     /// In ascending order of `first`, and of `instance`.
     members: Vec<Member>,
+    /// The members of triangles `0`, `1 << shift`, `2 << shift`, …, and the last one. Empty without memory for it.
+    every: Vec<u32>,
+    shift: u32,
 }
+
+/// So many entries per member has [`Merged::every`]: then most spans of triangles are of one member.
+const SPANS: usize = 8;
 
 #[derive(Clone, Copy, Debug)]
 struct Member {
@@ -100,8 +106,35 @@ impl Merged {
     /// Instance, object and triangle of the triangle that has number `prim` in the tree.
     #[inline]
     pub fn locate(&self, prim: u32) -> (u32, Name, u32) {
-        let member = &self.members[self.members.partition_point(|m| m.first <= prim) - 1];
+        let span = (prim >> self.shift) as usize;
+        let (first, last) = match self.every.get(span..span + 2) {
+            Some(ends) => (ends[0] as usize, ends[1] as usize),
+            None => (0, self.members.len() - 1),
+        };
+        let later = self.members[first + 1..=last].partition_point(|m| m.first <= prim);
+        let member = &self.members[first + later];
         (member.instance, member.object, prim - member.first)
+    }
+
+    /// Makes [`Merged::locate`] find its way among the members.
+    fn index(&mut self) {
+        self.every.clear();
+        let Some(last) = self.members.last() else { return };
+        let triangles = last.first as usize + last.count as usize;
+        self.shift = (0..31).find(|shift| triangles >> shift <= SPANS * self.members.len()).unwrap_or(31);
+        let spans = (triangles >> self.shift) + 1;
+        if self.every.try_reserve_exact(spans + 1).is_err() {
+            return;
+        }
+        let mut member = 0;
+        for span in 0..spans {
+            let prim = (span << self.shift) as u32;
+            while self.members.get(member + 1).is_some_and(|next| next.first <= prim) {
+                member += 1;
+            }
+            self.every.push(member as u32);
+        }
+        self.every.push(self.members.len() as u32 - 1);
     }
 
     /// Instances in the tree.
@@ -110,12 +143,13 @@ impl Merged {
     }
 
     fn memory_bytes(&self) -> usize {
-        self.bvh.memory_bytes() + self.members.capacity() * size_of::<Member>()
+        let numbers = self.members.capacity() * size_of::<Member>() + self.every.capacity() * size_of::<u32>();
+        self.bvh.memory_bytes() + numbers
     }
 
     /// Takes the triangles of the members `gone` out.
     fn erase(&mut self, gone: &[usize]) {
-        let Self { bvh, members } = self;
+        let Self { bvh, members, .. } = self;
         let is_gone =
             |prim: &u32| gone.iter().any(|&i| (members[i].first..members[i].first + members[i].count).contains(prim));
         bvh.blocks.par_iter_mut().with_min_len(1024).for_each(|block| {
@@ -153,6 +187,7 @@ impl Merged {
                 *prim = *prim - old[i].first + firsts[i];
             }
         });
+        self.index();
     }
 }
 
@@ -253,7 +288,8 @@ impl Statics {
                 return;
             }
         };
-        let mut merged = Merged { bvh, members: Vec::with_capacity(task.members.len()) };
+        let members = Vec::with_capacity(task.members.len());
+        let mut merged = Merged { bvh, members, every: Vec::new(), shift: 0 };
         let mut gone = Vec::new();
         for (i, (mut member, identity)) in task.members.into_iter().enumerate() {
             let slot = member.slot as usize;
@@ -266,6 +302,7 @@ impl Statics {
         if merged.live() < 2 {
             return;
         }
+        merged.index();
         if !gone.is_empty() {
             merged.erase(&gone);
         }
@@ -342,4 +379,39 @@ fn gather(scene: &Scene, members: &[(Member, Identity)]) -> Result<Mesh, OutOfMe
         append_to_world(&mut all, mesh, &identity.world_from_object);
     }
     Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::test_meshes::Random;
+
+    #[test]
+    fn a_triangle_is_found_among_members_of_all_sizes() {
+        let mut random = Random::new(Random::seed(161));
+        for members in [1, 2, 3, 50, 400] {
+            let mut first = 0;
+            let mut one = |i: usize| {
+                // Many of one triangle between few of many.
+                let count = if random.below(8) == 0 { 1 + random.below(5000) as u32 } else { 1 };
+                let number = i as u32;
+                first += count;
+                Member { first: first - count, count, slot: 0, instance: number, object: 1000 + number, live: true }
+            };
+            let members: Vec<Member> = (0..members).map(&mut one).collect();
+            let mut merged = Merged { bvh: Bvh::default(), members, every: Vec::new(), shift: 0 };
+            for indexed in [false, true] {
+                if indexed {
+                    merged.index();
+                    assert!(merged.every.len() <= SPANS * merged.members.len() + 2);
+                }
+                for member in &merged.members {
+                    for prim in [0, member.count / 2, member.count - 1] {
+                        let expected = (member.instance, member.object, prim);
+                        assert_eq!(merged.locate(member.first + prim), expected, "indexed: {indexed}");
+                    }
+                }
+            }
+        }
+    }
 }

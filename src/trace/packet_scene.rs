@@ -3,6 +3,8 @@
 //! By the rules of [`super::traverse_scene`]. The boxes of the top-level tree are tested as those of objects are, with origins moved by
 //! the origin error. An instance gets the rays that enter its box: they are transformed together, clipped against the
 //! object's own box, split where the signs of their directions differ now, and go on as a packet.
+//! In the tree of merged static objects rays find numbers of that tree, which are looked up when the packet is through it ([`Merged::locate`]): with a search among all
+//! members and a copy of all hits, camera rays on 161 parts took a fifth longer than on one object, now a fifteenth.
 //! With the BSP as top level each ray goes alone: its cells cut a packet into pieces, each with an interval per ray.
 
 use super::packet::{Found, GROUPS, LANES, Packet, Rows, groups};
@@ -200,21 +202,33 @@ impl<const ANY: bool> Instances<'_, ANY> {
 /// - The processor has the instruction set `I`.
 #[inline(always)]
 unsafe fn through_merged<I: Shells, const ANY: bool>(merged: &Merged, rays: &Packet, mask: u64, found: &mut Found) {
-    // Numbers mean nothing yet in this tree, so hits as far away as the best one count.
-    let before = found.hits;
+    // Numbers mean nothing yet in this tree, so hits as far away as the best one count, and those found before wait aside.
+    let mut aside = 0;
     if !ANY {
         for r in bits(mask) {
-            found.hits[r] = Hit::none(before[r].t);
+            aside |= u64::from(!found.hits[r].is_none()) << r;
         }
+    }
+    let before = (aside != 0).then(|| found.hits);
+    for r in bits(aside) {
+        found.hits[r] = Hit::none(found.hits[r].t);
     }
     // SAFETY: the caller's promise.
     unsafe { I::packet::<ANY>(merged.bvh(), rays, mask, (0, u32::MAX), found) };
-    if !ANY {
-        for r in bits(mask) {
-            let own = found.hits[r];
-            found.hits[r] = before[r];
+    if ANY {
+        return;
+    }
+    for r in bits(mask) {
+        let own = &mut found.hits[r];
+        if !own.is_none() {
+            *own = own.located(merged);
+        }
+    }
+    if let Some(before) = before {
+        for r in bits(aside) {
+            let own = std::mem::replace(&mut found.hits[r], before[r]);
             if !own.is_none() {
-                own.located(merged).replaces(&mut found.hits[r]);
+                own.replaces(&mut found.hits[r]);
             }
         }
     }
