@@ -212,6 +212,12 @@ pub struct Bvh {
 }
 
 impl Bvh {
+    /// An empty tree, in the place of which a builder puts one with room to grow by an eighth: nobody has touched that, so it costs addresses only.
+    pub(super) fn with_room_to_grow() -> Self {
+        // See `memory::recycled`: too small, so it will be asked for more again.
+        Self { nodes: Vec::with_capacity(1), blocks: Vec::with_capacity(1), ..Self::default() }
+    }
+
     /// Puts a tree together.
     ///
     /// # Panics

@@ -38,6 +38,16 @@ pub(super) fn recycled<T>(old: Vec<T>, len: usize) -> Result<Vec<T>, OutOfMemory
     reserve(if capacity == 0 || capacity > len { len } else { len + len / 8 })
 }
 
+/// Makes room for `count` more elements. What has become too small grows by an eighth, as it will be asked for more again.
+pub(super) fn more<T: Copy>(vec: &mut Vec<T>, count: usize) -> Result<(), OutOfMemory> {
+    if vec.capacity() - vec.len() < count {
+        let mut larger = reserve(vec.len() + count.max(vec.len() / 8))?;
+        larger.extend_from_slice(vec);
+        *vec = larger;
+    }
+    Ok(())
+}
+
 /// A vector of `len` elements that will all be written to: old ones of `old`, or copies of `value`.
 pub(super) fn filled<T: Copy + Send + Sync>(old: Vec<T>, len: usize, value: T) -> Result<Vec<T>, OutOfMemory> {
     let mut vec = recycled(old, len)?;
@@ -63,9 +73,15 @@ mod tests {
         assert_eq!((fewer.len(), fewer.as_ptr()), (4000, place));
         let again = filled(fewer, 5000, 3).expect("memory");
         assert_eq!((again.len(), again.as_ptr()), (5000, place));
-        let more = filled(again, 8000, 0).expect("memory");
-        assert_eq!((more.len(), more.capacity()), (8000, 9000));
-        assert_eq!(filled(more, 2000, 1).expect("memory").capacity(), 2000);
+        let larger = filled(again, 8000, 0).expect("memory");
+        assert_eq!((larger.len(), larger.capacity()), (8000, 9000));
+        assert_eq!(filled(larger, 2000, 1).expect("memory").capacity(), 2000);
         assert!(reserve::<u64>(usize::MAX / 16).is_err());
+        let mut vec = filled(Vec::new(), 800, 5u8).expect("memory");
+        for (count, capacity) in [(0, 800), (1, 900), (100, 900), (300, 1100)] {
+            more(&mut vec, count).expect("memory");
+            assert_eq!((vec.len(), vec.capacity(), vec[799]), (800, capacity, 5));
+        }
+        assert!(more(&mut vec, usize::MAX / 2).is_err());
     }
 }

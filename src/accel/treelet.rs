@@ -1,7 +1,8 @@
 //! Building the nodes between a node and what stays together below it anew.
 //!
 //! Items are subtrees that are kept as they are, and single triangles of leaves that are not. They are split from the top down as
-//! the SAH builder splits triangles ([`super::build_sah`]), until a part is one subtree, or triangles that fit in one block.
+//! the SAH builder splits triangles ([`super::build_sah`]), until a part is one subtree, or triangles that fit in one block. Up to eight subtrees are a
+//! node as they are: most splits were of these.
 
 use super::binning::find_split;
 use super::block_loader::BlockBox;
@@ -169,6 +170,11 @@ impl Builder<'_> {
 
     /// Splits a range into up to eight, the one of largest area first.
     fn split_wide(&mut self, refs: &mut [PrimRef], depth: usize) -> ([Range<usize>; WIDTH], usize) {
+        let subtree = |r: &PrimRef| matches!(self.items[r.prim() as usize].what, What::Subtree(..));
+        if refs.len() <= WIDTH && refs.iter().all(subtree) {
+            // However they were split, each would get a lane.
+            return (std::array::from_fn(|i| i..i + 1), refs.len());
+        }
         let mut parts: [Range<usize>; WIDTH] = std::array::from_fn(|_| 0..refs.len());
         // What can be split no further has none.
         let mut areas = [f32::INFINITY; WIDTH];

@@ -342,9 +342,14 @@ impl ObjectAccel {
             }
             Method::Bvh { fast, moved } => {
                 self.spent.work = if fast || hurried { Work::Other } else { Work::Sah };
-                let recycled = if let Structure::Bvh(bvh) = old { bvh } else { Bvh::default() };
+                let rotates = matches!(moved, Moved::Rotate | Moved::Auto);
+                let recycled = match old {
+                    Structure::Bvh(bvh) => bvh,
+                    _ if rotates => Bvh::with_room_to_grow(),
+                    _ => Bvh::default(),
+                };
                 let bvh = self.build_bvh(mesh, fast || hurried, recycled)?;
-                if matches!(moved, Moved::Rotate | Moved::Auto) {
+                if rotates {
                     (self.wear, self.defeats) = (Wear::default(), Defeats::default());
                     self.cost_when_built = bvh.sah_cost();
                 }
