@@ -99,6 +99,11 @@ impl Balance {
         }
     }
 
+    /// Seconds that building fast takes per triangle.
+    pub fn fast_build(&self) -> Option<f64> {
+        self.refit.map(|refit| refit * FAST_BUILD)
+    }
+
     /// Whether to leave objects to rays in this frame. In the last one, rays took `traced` seconds.
     pub fn decide(&mut self, traced: f64, stakes: &Stakes) -> bool {
         let Some(refit) = self.refit.filter(|_| traced > 0.0 && stakes.moved > 0.0) else { return self.by_rays };

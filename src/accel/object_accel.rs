@@ -7,8 +7,9 @@
 //! as its vertices do. It has none of its own while its triangles are in the merged tree.
 
 mod update;
+mod worth;
 
-use self::update::Defeats;
+use self::worth::Worth;
 use super::Aabb;
 use super::bsp::Bsp;
 use super::build_fast::FastScratch;
@@ -74,7 +75,7 @@ pub struct ObjectAccel {
     /// The structure, while it waits for a ray; there is no other then.
     waiting: Option<Box<Waiting>>,
     attention: Attention,
-    defeats: Defeats,
+    worth: Worth,
     by_rays: ByRays,
     spent: Spent,
     /// What rotations remember of the tree.
@@ -216,6 +217,17 @@ impl ObjectAccel {
             (None, Structure::Field(field)) => field.touched(),
             _ => (0, 0),
         }
+    }
+
+    /// How often rays or packets of them came since the last update, up to a bound.
+    pub(super) fn met(&self) -> u64 {
+        self.attention.met()
+    }
+
+    /// Rays took `traced` seconds since the last update, and came to objects `met` times. Counts anew from now on.
+    pub(super) fn tell_traced(&mut self, traced: f64, met: u64) {
+        let mine = self.attention.take_met();
+        self.worth.tell(traced, mine as f64 / met.max(1) as f64);
     }
 
     pub(super) fn forget_touched(&mut self) {

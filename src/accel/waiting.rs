@@ -15,7 +15,7 @@ use super::object_accel::Structure;
 use super::vertex_box::box_of_all;
 use super::{Aabb, Refit};
 use crate::scene::Mesh;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// A tree behind its mesh.
@@ -97,22 +97,43 @@ impl Bvh {
 /// Updates without a ray, in a row, before an object waits that has been looked at while it did: at most so many.
 const MOST_PATIENCE: u32 = 32;
 
-/// Whether an object is looked at.
+/// Objects that rays meet more often in a frame are met equally often, as far as anyone knows: to go on counting would have threads wait for each other.
+const ENOUGH: u32 = 1024;
+
+/// Whether an object is looked at, and how often.
 #[derive(Debug, Default)]
 pub(super) struct Attention {
     /// A ray has come since the last update that moved vertices.
     reached: AtomicBool,
+    /// How often one came since the last update, up to [`ENOUGH`].
+    met: AtomicU32,
     unseen: u32,
     patience: u32,
 }
 
 impl Attention {
-    /// A ray is here. Written once per frame, so threads share the line.
+    /// A ray, or a packet of them, is here. Not written any more where many have come, so threads share the line.
     #[inline(always)]
     pub fn reach(&self) {
-        if !self.reached.load(Ordering::Relaxed) {
-            self.reached.store(true, Ordering::Relaxed);
+        if self.met.load(Ordering::Relaxed) < ENOUGH {
+            self.count();
         }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn count(&self) {
+        self.met.fetch_add(1, Ordering::Relaxed);
+        self.reached.store(true, Ordering::Relaxed);
+    }
+
+    /// How often [`Attention::reach`] was called since the last [`Attention::take_met`], up to about [`ENOUGH`].
+    pub fn met(&self) -> u64 {
+        u64::from(self.met.load(Ordering::Relaxed))
+    }
+
+    pub fn take_met(&mut self) -> u64 {
+        u64::from(std::mem::take(self.met.get_mut()))
     }
 
     /// Whether a ray has come since the last update that moved vertices.

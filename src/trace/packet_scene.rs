@@ -209,7 +209,7 @@ unsafe fn through_merged<I: Shells, const ANY: bool>(merged: &Merged, rays: &Pac
             aside |= u64::from(!found.hits[r].is_none()) << r;
         }
     }
-    let before = (aside != 0).then(|| found.hits);
+    let before = (aside != 0).then_some(found.hits);
     for r in bits(aside) {
         found.hits[r] = Hit::none(found.hits[r].t);
     }

@@ -2,6 +2,7 @@
 //!
 //! What has changed is told by the version counters of the [`Object`]; what is done about it is decided in [`crate::accel::strategy`].
 
+use super::worth::Worth;
 use super::{ObjectAccel, Outcome, Scratch, Spent, Structure, Work};
 use crate::accel::bsp::Bsp;
 use crate::accel::bsp_build::Quality;
@@ -24,32 +25,8 @@ use std::ops::Deref;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// After so many defeats in a row a refit is tried in every eighth frame.
-const MOST_DEFEATS: u32 = 3;
-
-/// Refits, with rotations or without, that left the tree worn. A motion that defeats them in one frame most likely does so in the next, and to try costs as much
-/// as a quarter of the build that follows: so they are not tried in the next frame, then in the next three, then seven.
-#[derive(Debug, Default)]
-pub(super) struct Defeats {
-    in_a_row: u32,
-    /// Updates that are builds without trying.
-    pause: u32,
-}
-
-impl Defeats {
-    /// Whether to build without trying.
-    fn pauses(&mut self) -> bool {
-        let pauses = self.pause > 0;
-        self.pause -= u32::from(pauses);
-        pauses
-    }
-
-    /// The tree was tried, and is worn or not.
-    fn tell(&mut self, worn: bool) {
-        self.in_a_row = if worn { (self.in_a_row + 1).min(MOST_DEFEATS) } else { 0 };
-        self.pause = (1 << self.in_a_row) - 1;
-    }
-}
+/// The first fast build takes so many times as long, in memory that nobody has touched.
+const COLD: f64 = 2.0;
 
 /// How waiting for a ray ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,13 +36,15 @@ enum Waited {
 }
 
 impl ObjectAccel {
-    /// Brings the structure in line with `object`, in world space if `placed` tells where. To be called inside the pool.
+    /// Brings the structure in line with `object`, in world space if `placed` tells where. `build_price`: seconds that a fast build takes per triangle, if that is
+    /// known. To be called inside the pool.
     pub(in crate::accel) fn update(
         &mut self,
         object: &Object,
         forced: Option<Strategy>,
         placed: Option<Affine3A>,
         by_rays: bool,
+        build_price: Option<f64>,
     ) -> Outcome {
         self.spent = Spent::default();
         self.triangles = object.mesh.triangles.len() as u64;
@@ -115,7 +94,7 @@ impl ObjectAccel {
             if let Some(outcome) = if whole { self.leave_to_rays(&mesh, by_rays) } else { None } {
                 return Ok(outcome);
             }
-            match if kept { self.refit(&mesh, method, moved) } else { None } {
+            match if kept { self.refit(&mesh, method, moved, build_price) } else { None } {
                 Some(Outcome::Refitted(nodes)) if built > 0 => Ok(Outcome::Built(nodes)),
                 Some(outcome) => Ok(outcome),
                 None => self.build(object, &mesh, method, hurried),
@@ -169,7 +148,13 @@ impl ObjectAccel {
 
     /// Answers a vertex update by a refit, of what hangs on the vertices `moved` if it is known which; `None` where the method or the result asks
     /// for a build.
-    fn refit(&mut self, mesh: &Located<'_>, method: Method, moved: Option<Vec<u32>>) -> Option<Outcome> {
+    fn refit(
+        &mut self,
+        mesh: &Located<'_>,
+        method: Method,
+        moved: Option<Vec<u32>>,
+        build_price: Option<f64>,
+    ) -> Option<Outcome> {
         if let Structure::Lazy(lazy) = &mut self.structure {
             // Without memory for a partial update it is a complete one.
             let some = moved.and_then(|vertices| lazy.moved_some(mesh, mesh.source(), &vertices).ok());
@@ -186,27 +171,30 @@ impl ObjectAccel {
         match moved {
             Moved::Rebuild => None,
             Moved::Refit => (bvh.refit(mesh) == Refit::Done).then(|| Outcome::Refitted(bvh.nodes().len())),
-            Moved::Rotate | Moved::Auto => self.rotate(mesh),
+            Moved::Rotate | Moved::Auto => self.rotate(mesh, build_price),
         }
     }
 
     /// Refits with rotations.
-    fn rotate(&mut self, mesh: &Mesh) -> Option<Outcome> {
+    fn rotate(&mut self, mesh: &Mesh, build_price: Option<f64>) -> Option<Outcome> {
         let Structure::Bvh(bvh) = &mut self.structure else { return None };
-        if bvh.can_hold(mesh) && self.defeats.pauses() {
+        let cold = if self.scratch.fast.memory_bytes() == 0 { COLD } else { 1.0 };
+        let price = build_price.map(|per_triangle| per_triangle * self.triangles as f64 * cold);
+        if bvh.can_hold(mesh) && self.worth.needs_no_trial(price) {
             return self.renew(mesh);
         }
         self.patched = 0;
         self.spent.work = Work::Refit;
-        let worn = bvh.rotate(mesh, &mut self.wear)? > WORN * self.cost_when_built;
-        self.defeats.tell(worn);
+        let cost = bvh.rotate(mesh, &mut self.wear)?;
+        let wear = if cost > self.cost_when_built { cost / self.cost_when_built } else { 1.0 };
+        let builds = self.worth.try_refit(wear, wear > WORN, price);
         if self.wear.was_restructured() {
             // They are ways through another tree.
             self.links = None;
             self.spent.work = Work::Other;
             self.by_rays.wore();
         }
-        if worn { self.renew(mesh) } else { Some(Outcome::Refitted(bvh.nodes().len())) }
+        if builds { self.renew(mesh) } else { Some(Outcome::Refitted(bvh.nodes().len())) }
     }
 
     /// What a move of all vertices asks for if rays are to bring the tree up to date (`by_rays`), or did so. None if it is to be refit now.
@@ -273,6 +261,7 @@ impl ObjectAccel {
         self.spent.work = Work::Other;
         let bvh = rebuild_fast(mesh, old, &mut self.scratch.fast).ok()?;
         self.cost_when_built = bvh.sah_cost();
+        self.worth.renewed();
         let nodes = bvh.nodes().len();
         self.structure = Structure::Bvh(bvh);
         Some(Outcome::Built(nodes))
@@ -350,7 +339,7 @@ impl ObjectAccel {
                 };
                 let bvh = self.build_bvh(mesh, fast || hurried, recycled)?;
                 if rotates {
-                    (self.wear, self.defeats) = (Wear::default(), Defeats::default());
+                    (self.wear, self.worth) = (Wear::default(), Worth::default());
                     self.cost_when_built = bvh.sah_cost();
                 }
                 let nodes = bvh.nodes().len();

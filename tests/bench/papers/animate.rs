@@ -115,6 +115,7 @@ pub fn run(
                 assert_eq!(*seen.get_or_insert(hits), hits, "{} sees another picture", row.run.strategy.name());
             }
             let all = tracing.busiest * primary.len() as f64 / some.iter().map(|tile| tile.len()).sum::<usize>() as f64;
+            row.world.add_traced(all);
             row.parts = (all / LONG).ceil().clamp(1.0, MOST_PARTS as f64) as usize;
             let built = stats.objects_built > 0;
             row.run.frames.push(Frame { update: updating.busiest, trace: all, cost: cost(&row.world), built });
