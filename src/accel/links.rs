@@ -56,8 +56,8 @@ impl Links {
         let mut first: Vec<u32> = reserve(count + 1)?;
         first.resize(count + 1, 0);
         // Others are in no leaf: rotations leave blocks without use.
-        let used = |block: usize| lane_of_block[block] != Self::NONE;
-        for (_, prims) in prims.iter().enumerate().filter(|(block, _)| used(*block)) {
+        let used = || prims.iter().enumerate().filter(|(block, _)| lane_of_block[*block] != Self::NONE);
+        for (_, prims) in used() {
             vertices_of(prims, mesh, |v| first[v as usize] += 1);
         }
         let mut sum = 0;
@@ -68,7 +68,7 @@ impl Links {
         let mut blocks = reserve(sum as usize)?;
         blocks.resize(sum as usize, 0);
         // Backwards, so that each entry ends as the first of its vertex.
-        for (block, prims) in prims.iter().enumerate().rev().filter(|(block, _)| used(*block)) {
+        for (block, prims) in used().rev() {
             vertices_of(prims, mesh, |v| {
                 let at = &mut first[v as usize];
                 *at -= 1;

@@ -6,7 +6,7 @@
 //! * `Unstructured` objects begin with SAH as well, since the first frame builds everything anyway. Those whose vertices
 //!   move are refit with rotations ([`super::rotate`]; 17–21 ns per triangle in Embree, a Morton build 60–70, SAH 250–330), which costs what a refit and the look
 //!   at its wear cost before, and keeps builds off where bodies fly through each other: spheres of S7 take a third of the update that builds took. Where
-//!   the tree is [`WORN`] times as costly to trace as after its build all the same, it is built anew, fast. A motion that wears the tree in every frame is
+//!   the tree is [`WORN`] times as costly to trace as after its build all the same, it is built anew, fast, if rays lose more than that costs (`object_accel/worth.rs`). A motion that wears the tree in every frame is
 //!   answered by builds alone. Objects that no ray met in the frame before wait for one ([`super::waiting`]); large ones that rays met are left to the rays
 //!   where that pays ([`super::by_rays`]). Those that are defined anew every
 //!   frame are built fast, from the second time on.

@@ -4,7 +4,7 @@
 //! the origin error. An instance gets the rays that enter its box: they are transformed together, clipped against the
 //! object's own box, split where the signs of their directions differ now, and go on as a packet.
 //! In the tree of merged static objects rays find numbers of that tree, which are looked up when the packet is through it ([`Merged::locate`]): with a search among all
-//! members and a copy of all hits, camera rays on 161 parts took a fifth longer than on one object, now a fifteenth.
+//! members and a copy of all hits, camera rays on 161 parts took a fifth longer than on one object, now a tenth.
 //! With the BSP as top level each ray goes alone: its cells cut a packet into pieces, each with an interval per ray.
 
 use super::packet::{Found, GROUPS, LANES, Packet, Rows, groups};

@@ -4,7 +4,7 @@
 //!
 //! *Here*: figures of 161 parts, nine bodies, and 24 trees, each once as one object, once as objects flagged `RT_STATIC`, which are merged beside the frames, and
 //! once as `RT_AFFINE`, whose rays are transformed. Primary, shadow and bounce rays in batches, in turn, the best of the rounds. The goal is that of a scene that
-//! rests: at most 10 %.
+//! rests: at most 10 %. Static objects: 2.6 % on 161 parts, 0 to 1 on the others (camera rays a tenth, as numbers of the merged tree have to be looked up; a fifth before they were by a table).
 
 use crate::measure::thread_seconds;
 use crate::meshes::uv_sphere;
