@@ -16,8 +16,8 @@
 //! *Same hits.* Boxes from vertices are a little larger than those from triangles, and contain them; a box that is larger never changes a hit.
 //!
 //! *Measured* on nine bodies of 81,920 triangles, with reflections and two lights, one thread (`cargo bench --bench papers -- larsson1 --quick`, whose head says what
-//! limits it). Of a segment's time, half goes to boxes of leaves and a third to fetching vertices. Per triangle that a ray has updated it is 8 ns in subtrees of 1024, where a complete
-//! refit takes 14; with blocks of corners it was 18 to 22 (see [`super::lazy_write`]). Gathering makes rays a seventh slower, a third of which was saved by the order of vertices:
+//! limits it). Of a segment's time, most goes to waiting for memory: nodes, vertices and what tells a leaf's. Per triangle that a ray has updated it is 0.7 to 0.8 of what a complete
+//! refit takes; with blocks of corners it was 1.3 to 1.6 (see [`super::lazy_write`]). Gathering makes rays a fifth to a quarter slower; the order of vertices helps there:
 //! those of a leaf are neighbours. Subtrees of 256 to 4096 triangles and half the height are alike in total. One level at a time is
 //! slower, as the same vertices are looked at on each level; the paper prefers it, but its nodes hold one box and one triangle.
 //!

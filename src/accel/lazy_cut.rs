@@ -13,12 +13,12 @@
 
 use super::OutOfMemory;
 use super::bvh::{BLOCK, Bvh, ChildRef, MAX_DEPTH, MAX_LEAF_BLOCKS, WIDTH};
-use super::memory::{ask, copied, reserve};
+use super::lazy_number::{Distinct, MANY, Outline};
+use super::memory::{ask, filled, reserve};
 use super::vertex_runs::{Marks, VertexSet};
 use crate::scene::{LazyShape, Mesh};
 use crate::simd::{Places, place_of};
 use rayon::prelude::*;
-use std::collections::VecDeque;
 use std::ops::Range;
 
 /// Four triangles: where their corners are among the vertices of the tree, and their numbers.
@@ -44,6 +44,8 @@ pub(super) struct Topology {
     /// Per node.
     pub children: Vec<[ChildRef; WIDTH]>,
     pub blocks: Vec<LazyBlock>,
+    /// Per block.
+    pub outlines: Vec<Outline>,
     /// The top first.
     pub segments: Vec<Segment>,
     /// Per vertex that the tree holds, its number in the mesh.
@@ -72,6 +74,7 @@ impl Topology {
     pub fn memory_bytes(&self) -> usize {
         self.children.capacity() * size_of::<[ChildRef; WIDTH]>()
             + self.blocks.capacity() * size_of::<LazyBlock>()
+            + self.outlines.capacity() * size_of::<Outline>()
             + self.segments.capacity() * size_of::<Segment>()
             + (self.vertices.capacity() + self.around.capacity()) * size_of::<u32>()
     }
@@ -91,14 +94,14 @@ impl Topology {
         // One node may be above the root, and dropped triangles are below few.
         assert!(bvh.depth() < MAX_DEPTH, "builders bound the depth");
         let rule = Rule::new(&plain, bvh.depth(), shape);
-        let mut queue = VecDeque::from([0usize]);
-        while let Some(root) = queue.pop_front() {
+        // Roots of segments, of which there are at most as many as nodes.
+        let mut roots: Vec<u32> = reserve(plain.children.len())?;
+        roots.push(0);
+        while let Some(&root) = roots.get(topology.segments.len()) {
             let number = topology.segments.len();
-            let first = number + 1 + queue.len();
-            let mut cutter =
-                Cutter { plain: &plain, rule: &rule, topology: &mut topology, number, first, below: Vec::new() };
-            let segment = cutter.cut(root);
-            queue.extend(&cutter.below);
+            ask(&mut topology.segments, number + 1)?;
+            let mut cutter = Cutter { plain: &plain, rule: &rule, topology: &mut topology, number, roots: &mut roots };
+            let segment = cutter.cut(root as usize);
             topology.segments.push(segment);
         }
         topology.list_vertices(mesh)?;
@@ -107,17 +110,19 @@ impl Topology {
 
     /// Lists the vertices of all segments, and tells the blocks where their corners are among them.
     fn list_vertices(&mut self, mesh: &Mesh) -> Result<(), OutOfMemory> {
-        let mut cut: Vec<&mut [LazyBlock]> = reserve(self.segments.len())?;
-        let mut rest = &mut self.blocks[..];
+        let mut cut: Vec<(&mut [LazyBlock], &mut [Outline])> = reserve(self.segments.len())?;
+        self.outlines = filled(Vec::new(), self.blocks.len(), MANY)?;
+        let (mut blocks, mut outlines) = (&mut self.blocks[..], &mut self.outlines[..]);
         for segment in &self.segments {
-            let (own, others) = rest.split_at_mut(segment.blocks.len());
-            cut.push(own);
-            rest = others;
+            let (own, others) = blocks.split_at_mut(segment.blocks.len());
+            let (own_outlines, other_outlines) = outlines.split_at_mut(segment.blocks.len());
+            cut.push((own, own_outlines));
+            (blocks, outlines) = (others, other_outlines);
         }
         // The numbers of corners within the segment at first.
         let own: Vec<Vec<u32>> = cut
             .into_par_iter()
-            .map_init(Distinct::default, |list, own| list.number_corners(mesh, own))
+            .map_init(Distinct::default, |list, (blocks, outlines)| list.number_corners(mesh, blocks, outlines))
             .collect::<Result<_, _>>()?;
         let mut vertices = reserve(own.iter().map(Vec::len).sum())?;
         for (segment, own) in self.segments.iter_mut().zip(own) {
@@ -172,80 +177,6 @@ impl Topology {
     }
 }
 
-/// Numbers vertices in the order of their first use: those of a leaf then are neighbours, which they rarely are in a mesh.
-///
-/// A hash table of the vertices of one segment stays in the nearest cache, where marks for those of the whole mesh would not (sorting, which was here before,
-/// took four fifths of a cut's 120 ns per triangle). It begins small, as most vertices have six triangles.
-#[derive(Default)]
-struct Distinct {
-    /// Vertex and number; a power of two of them, more than there are vertices.
-    table: Vec<(u32, u32)>,
-    list: Vec<u32>,
-}
-
-impl Distinct {
-    const FREE: (u32, u32) = (u32::MAX, 0);
-
-    /// Gets ready for so many corners.
-    fn begin(&mut self, corners: usize) -> Result<(), OutOfMemory> {
-        self.list.clear();
-        // Room for all that may come, so that none is asked for later.
-        ask(&mut self.list, corners)?;
-        ask(&mut self.table, (2 * corners).next_power_of_two())?;
-        self.table.clear();
-        self.table.resize((corners / 2).next_power_of_two(), Self::FREE);
-        Ok(())
-    }
-
-    #[inline]
-    fn number(&mut self, vertex: u32) -> u32 {
-        let mask = self.table.len() - 1;
-        let mut at = (vertex.wrapping_mul(0x9E37_79B1) >> 7) as usize & mask;
-        loop {
-            match self.table[at] {
-                (known, number) if known == vertex => return number,
-                Self::FREE => {
-                    let number = self.list.len() as u32;
-                    self.table[at] = (vertex, number);
-                    self.list.push(vertex);
-                    if 2 * self.list.len() > self.table.len() {
-                        self.grow();
-                    }
-                    return number;
-                }
-                _ => at = (at + 1) & mask,
-            }
-        }
-    }
-
-    #[cold]
-    fn grow(&mut self) {
-        let size = 2 * self.table.len();
-        self.table.clear();
-        self.table.resize(size, Self::FREE);
-        for (number, &vertex) in (0..).zip(&self.list) {
-            let mut at = (vertex.wrapping_mul(0x9E37_79B1) >> 7) as usize & (size - 1);
-            while self.table[at] != Self::FREE {
-                at = (at + 1) & (size - 1);
-            }
-            self.table[at] = (vertex, number);
-        }
-    }
-
-    /// The vertices of some blocks, each once, whose numbers these get.
-    fn number_corners(&mut self, mesh: &Mesh, blocks: &mut [LazyBlock]) -> Result<Vec<u32>, OutOfMemory> {
-        self.begin(blocks.len() * BLOCK * 3)?;
-        for block in blocks {
-            for (lane, &prim) in block.prims.iter().enumerate() {
-                for (corner, &vertex) in mesh.triangles[prim as usize].iter().enumerate() {
-                    block.corners[corner][lane] = self.number(vertex);
-                }
-            }
-        }
-        copied(&self.list)
-    }
-}
-
 /// The tree to be cut, with the dropped triangles hung up.
 struct Plain {
     children: Vec<[ChildRef; WIDTH]>,
@@ -278,7 +209,7 @@ impl Plain {
         if plain.children.len().max(plain.prims.len()) >= ChildRef::MAX_INDEX / 2 {
             return Err(OutOfMemory { bytes: plain.prims.len() * size_of::<LazyBlock>() });
         }
-        plain.count();
+        plain.count()?;
         Ok(plain)
     }
 
@@ -302,8 +233,8 @@ impl Plain {
         ChildRef::node(node)
     }
 
-    fn count(&mut self) {
-        self.triangles = vec![0; self.children.len()];
+    fn count(&mut self) -> Result<(), OutOfMemory> {
+        self.triangles = filled(Vec::new(), self.children.len(), 0)?;
         for node in (0..self.children.len()).rev() {
             let below = |child: &ChildRef| {
                 if child.is_leaf() {
@@ -317,6 +248,7 @@ impl Plain {
             let sum = self.children[node].iter().take_while(|c| !c.is_empty()).map(below).sum();
             self.triangles[node] = sum;
         }
+        Ok(())
     }
 }
 
@@ -352,21 +284,19 @@ struct Cutter<'a> {
     rule: &'a Rule,
     topology: &'a mut Topology,
     number: usize,
-    /// The number of the first segment below.
-    first: usize,
-    /// Roots of the segments below.
-    below: Vec<usize>,
+    /// Of all segments so far.
+    roots: &'a mut Vec<u32>,
 }
 
 impl Cutter<'_> {
     fn cut(&mut self, root: usize) -> Segment {
         let nodes = self.topology.children.len();
-        let blocks = self.topology.blocks.len();
+        let (blocks, below) = (self.topology.blocks.len(), self.roots.len());
         self.node(root, 0);
         Segment {
             nodes: nodes..self.topology.children.len(),
             blocks: blocks..self.topology.blocks.len(),
-            below: self.first..self.first + self.below.len(),
+            below: below..self.roots.len(),
             dropped: root >= self.plain.dropped_root,
             ..Segment::default()
         }
@@ -388,8 +318,8 @@ impl Cutter<'_> {
                 self.topology.blocks.extend(prims.iter().map(|&prims| LazyBlock { corners: [[0; BLOCK]; 3], prims }));
                 ChildRef::leaf(start, prims.len())
             } else if self.rule.cuts(self.number == 0, level + 1, self.plain.triangles[child.index()]) {
-                self.below.push(child.index());
-                ChildRef::leaf(self.plain.prims.len() + self.first + self.below.len() - 1, 1)
+                self.roots.push(child.index() as u32);
+                ChildRef::leaf(self.plain.prims.len() + self.roots.len() - 1, 1)
             } else {
                 let below = self.topology.children.len();
                 self.node(child.index(), level + 1);

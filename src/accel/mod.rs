@@ -17,6 +17,7 @@ mod instance;
 mod key_trees;
 mod lazy;
 mod lazy_cut;
+mod lazy_number;
 mod lazy_patch;
 mod lazy_validate;
 mod lazy_write;

@@ -7,6 +7,9 @@
 //! not a number leaves out itself alone, which the minimum does by itself: the box then contains more than it must. Vertices that no
 //! triangle uses, and those of unusable triangles, count as well.
 //!
+//! Vertices that follow each other in the mesh are loaded as runs of four ([`super::vertex_runs`]), three vectors instead of four and one number instead of four: with three quarters
+//! of the vertices in runs, the update before the first ray is 1.15 to 1.2 times as fast as by single numbers.
+//!
 //! *Tried*: four boxes that grow side by side, as a minimum waits for the one before it. Not faster (`cargo bench --bench papers -- larsson1`, update before the first ray:
 //! 1.3 to 1.7 ms of one thread against 1.5 to 1.7 for 737,280 triangles); what is waited for are the vertices.
 

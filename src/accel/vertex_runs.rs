@@ -5,7 +5,7 @@
 //! [`RUN`]. Who wants the box around them loads a run as three vectors of four coordinates. A longer sequence is several runs, the last of which
 //! may overlap the one before, as that changes no box. What is in no such sequence stays alone.
 //!
-//! On bodies made by subdivision, in parts of 1024 triangles, two thirds of the vertices are in runs.
+//! On bodies made by subdivision, in parts of 1024 triangles, three quarters of the vertices are in runs.
 
 use super::OutOfMemory;
 use super::memory::{ask, copied, reserve};

@@ -28,7 +28,7 @@ pub use dispatch::{Kernel, run};
 pub use level::Level;
 pub use mask::bits;
 pub use memory::{components, prefer_huge_pages, prefetch, prefetch_at};
-pub use places::{Places, box_at, corners_at, number_at, place_of};
+pub use places::{FewPlaces, Places, box_at, box_at_few, corners_at, few_place_of, number_at, place_of};
 pub use scalar::Scalar;
 pub use vector::{Eight, Isa, Vector};
 pub use wide::{LANES, Proof, Wide, Wide3, WideKernel, run_wide};

@@ -46,6 +46,51 @@ pub fn box_at(points: &[Vec4], first: usize, places: &Places) -> (Vec4, Vec4) {
     (lo, hi)
 }
 
+/// Places of eight points, counted from that of the first.
+pub type FewPlaces = [u16; 8];
+
+/// The place of a point counted from the first, if it is small enough.
+pub fn few_place_of(number: usize) -> Option<u16> {
+    u16::try_from(2 * number).ok()
+}
+
+/// Likewise the box around eight points.
+///
+/// # Panics
+/// When a place is not among the points.
+#[inline(always)]
+pub fn box_at_few(points: &[Vec4], places: &FewPlaces) -> (Vec4, Vec4) {
+    // The last place that is one. Places are even.
+    let most = (2 * points.len()).min(1 << 16);
+    assert!(most > 0 && are_at_most(places, (most - 2) as u16), "a corner is among the points");
+    let mut lo = Vec4::INFINITY;
+    let mut hi = Vec4::NEG_INFINITY;
+    for &place in places {
+        // SAFETY: it has just been checked.
+        let point = unsafe { at(points.as_ptr(), u32::from(place)) };
+        lo = lo.min(point);
+        hi = hi.max(point);
+    }
+    (lo, hi)
+}
+
+#[inline(always)]
+fn are_at_most(places: &FewPlaces, most: u16) -> bool {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use core::arch::x86_64::{
+            _mm_cmpeq_epi16, _mm_loadu_si128, _mm_movemask_epi8, _mm_set1_epi16, _mm_setzero_si128, _mm_subs_epu16,
+        };
+        // SAFETY: SSE2, which x86-64 always has; the load is of all eight.
+        unsafe {
+            let above = _mm_subs_epu16(_mm_loadu_si128(places.as_ptr().cast()), _mm_set1_epi16(most as i16));
+            _mm_movemask_epi8(_mm_cmpeq_epi16(above, _mm_setzero_si128())) == 0xffff
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    places.iter().all(|&place| place <= most)
+}
+
 /// Whether all places are at least `least` and at most `most`, which are below 2^31.
 #[inline(always)]
 fn are_between(places: &Places, least: i32, most: i32) -> bool {
@@ -121,6 +166,23 @@ mod tests {
                 assert_eq!(corners[corner].map(|axis| axis[lane]), of(number).to_array());
             }
         }
+    }
+
+    #[test]
+    fn boxes_of_eight_are_those_of_the_points_and_none_is_outside() {
+        let points = points();
+        let numbers = [3, 19, 0, 7, 7, 12, 19, 1];
+        let mut places = numbers.map(|n| few_place_of(n).expect("small"));
+        let (lo, hi) = box_at_few(&points, &places);
+        let of = |&n: &usize| points[n].truncate();
+        assert_eq!(lo.truncate(), numbers.iter().map(of).reduce(glam::Vec3::min).expect("eight"));
+        assert_eq!(hi.truncate(), numbers.iter().map(of).reduce(glam::Vec3::max).expect("eight"));
+        assert_eq!((few_place_of((1 << 15) - 1), few_place_of(1 << 15)), (Some(u16::MAX - 1), None));
+        for outside in [few_place_of(20).expect("small"), u16::MAX - 1] {
+            places[5] = outside;
+            assert!(std::panic::catch_unwind(|| box_at_few(&points, &places)).is_err(), "{outside}");
+        }
+        assert!(std::panic::catch_unwind(|| box_at_few(&[], &[0; 8])).is_err());
     }
 
     #[test]

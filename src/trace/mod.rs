@@ -8,6 +8,7 @@
 pub mod ray;
 pub mod triangle;
 
+mod ground;
 mod hit;
 mod kernels;
 mod one_ray;

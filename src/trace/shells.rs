@@ -3,6 +3,7 @@
 //! A shell carries the `#[target_feature]`; the generic kernel inlines into it. Those that [`super::Kernels`] lists are called through function pointers, per
 //! object and ray or per batch, never per node; those of [`Shells`] are called by other kernels of the same instruction set.
 
+use super::ground::Ground;
 use super::kernels::Kernels;
 use super::one_ray::OneRay;
 use super::packet::{Found, Packet};
@@ -13,7 +14,7 @@ use super::packet_scene::Scratch;
 use super::traverse_bvh::traverse;
 use super::traverse_lazy::{self, View};
 use super::triangle4::{Edges, resolve};
-use super::turns::{Ground, take_turns};
+use super::turns::take_turns;
 use super::{Hit, PreparedRay, Ray, traverse_top_bvh};
 use crate::accel::{Bvh, ChildRef, LazyBvh, TopLevelBvh, Tri4, TwoLevel};
 use crate::simd::{Isa, Level, Scalar};

@@ -7,12 +7,13 @@
 //! Where another thread is writing the segment, the ray gets a copy of it, which is a tree in another place ([`View`]): it is entered by a call of the same kernel
 //! ([`Shells`]). A ray that takes turns with others starts over, alone.
 //!
-//! *Measured*: with turns, rays through nine bodies whose segments are up to date need 1.26 (5x5) and 1.30 times (10x10) what they need after a refit; without,
+//! *Measured*: with turns, rays through nine bodies whose segments are up to date need 1.2 to 1.3 times what they need after a refit, at 5x5 and at 10x10; without,
 //! 1.55 and 1.7 times (`cargo bench --bench papers -- larsson1`).
 //!
 //! *Tried*: every segment entered by a call. Bounds of the packet and of its best distances are then made again in each, and a ray per pixel on nine bodies took
 //! a fifth longer (`cargo bench --bench papers -- larsson1`, 1x1).
 
+use super::ground::{self, Ground};
 use super::one_ray::{InPacket, OneRay};
 use super::packet::{Found, GROUPS, LANES, Packet};
 use super::packet_boxes::Slabs;
@@ -21,7 +22,7 @@ use super::shells::Shells;
 use super::traverse_bvh::{Lead, SlabLanes, Tree, descend};
 use super::traverse_packet::{Alike, Leaves, Nodes, traverse_packet};
 use super::triangle4::RayLanes;
-use super::turns::{self, Ground, differ_much};
+use super::turns::differ_much;
 use super::{Hit, PreparedRay};
 use crate::accel::{ChildRef, LazyBlock, LazyBvh, LazyPart, MAX_LEAF_BLOCKS, Node8, Tri4};
 use crate::simd::{bits, corners_at, prefetch, prefetch_at};
@@ -81,10 +82,10 @@ impl<'a> View<'a> {
 /// With a leaf that leads nowhere where a segment is in another place.
 impl Ground for View<'_> {
     #[inline(always)]
-    unsafe fn lead(&self, leaf: ChildRef) -> turns::Lead {
+    unsafe fn lead(&self, leaf: ChildRef) -> ground::Lead {
         match self.lazy.segment_of_leaf(leaf) {
-            None => turns::Lead::Blocks,
-            Some(segment) => self.root_of(segment).map_or(turns::Lead::Elsewhere, turns::Lead::On),
+            None => ground::Lead::Blocks,
+            Some(segment) => self.root_of(segment).map_or(ground::Lead::Elsewhere, ground::Lead::On),
         }
     }
 

@@ -32,16 +32,15 @@
 //! rays to go on alone, per ray, tells all seven scenes of the bench apart (0.3 to 0.8 where packets are up to 1.6 times as fast, 1.0 where both are alike,
 //! 1.2 to 3.5 where turns are). [`Habits`] keeps that in mind for packets whose directions differ much and for those that do not.
 
+use super::ground::{Ground, Lead};
 use super::packet::{Found, GROUPS, LANES, Packet, RAYS, load3};
 use super::shells::Shells;
-use super::traverse_packet::Nodes;
 use super::triangle4::{RayLanes, edges4};
 use super::{Hit, PreparedRay, SLAB_PAD};
-use crate::accel::{Bvh, ChildRef, Node8, Tri4, WIDTH};
+use crate::accel::{ChildRef, Node8, WIDTH};
 use crate::simd::{Eight, Isa, Vector, prefetch_at};
 use std::hint::select_unpredictable;
 use std::mem::{MaybeUninit, take};
-use std::ops::Deref;
 
 /// Rays at the same time.
 const SLOTS: usize = 16;
@@ -131,56 +130,6 @@ unsafe fn push_if(list: &mut [u32; SLOTS], len: &mut usize, slot: u32, so: usize
     // SAFETY: the caller's promise.
     unsafe { *list.get_unchecked_mut(*len) = slot };
     *len += so;
-}
-
-/// The tree that rays take turns in.
-pub(super) trait Ground: Nodes {
-    /// Where a leaf leads that has been reached.
-    ///
-    /// # Safety
-    /// - It is a leaf of the tree.
-    #[inline(always)]
-    unsafe fn lead(&self, _leaf: ChildRef) -> Lead {
-        Lead::Blocks
-    }
-
-    /// The blocks of a leaf that leads to them.
-    ///
-    /// # Safety
-    /// - It is a leaf of the tree, and has been reached.
-    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>>;
-
-    /// Where nodes and blocks begin, and how many bytes a block takes.
-    fn beginnings(&self) -> (*const Node8, *const u8, usize);
-}
-
-/// See [`Ground::lead`].
-pub(super) enum Lead {
-    Blocks,
-    On(ChildRef),
-    /// The ray has to be traced in another way.
-    Elsewhere,
-}
-
-impl Ground for Bvh {
-    #[inline(always)]
-    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
-        // SAFETY: the caller's promise.
-        unsafe { Bvh::blocks(self).get_unchecked(leaf.blocks()).iter() }
-    }
-
-    #[inline(always)]
-    fn beginnings(&self) -> (*const Node8, *const u8, usize) {
-        (self.nodes().as_ptr(), Bvh::blocks(self).as_ptr().cast(), size_of::<Tri4>())
-    }
-}
-
-impl Nodes for Bvh {
-    #[inline(always)]
-    unsafe fn node(&self, index: usize) -> &Node8 {
-        // SAFETY: the caller's promise.
-        unsafe { self.nodes().get_unchecked(index) }
-    }
 }
 
 /// All rays on their way.
