@@ -11,19 +11,18 @@
 //! The museum is a room of 10,000 triangles around the soup, which alone mirrors. Sub-sampling is a grid of every 5th and 10th ray: how pixels between
 //! are filled takes no ray.
 //!
-//! *Why ours are smaller* (figures of a quiet machine, AMD Zen 3, one thread). There is less to save. The paper's refit takes 609 ns per triangle, some 900 cycles of
+//! *Why ours are smaller* (AMD Zen 3, one thread). There is less to save. The paper's refit takes 609 ns per triangle, some 900 cycles of
 //! 1.5 GHz: one triangle per leaf, from 3n vertices. Ours has several per leaf, eight children per node and boxes in lanes, and takes 13 ns, some 45 cycles. Rays have
-//! not become as much faster: at 10x10 the paper's refit takes 4.5 times as long as its rays, ours 2.5 times; at 5x5 it is 1.2 and 0.9. So with
-//! the paper's own savings (update 17 times cheaper, a fifth to a third of the refit made up for by rays) our ratios would be 2.2 and 1.4.
+//! not become as much faster: at 10x10 the paper's refit takes 4.5 times as long as its rays, ours 3 times; at 5x5 it is 1.2 and 1.0.
 //!
-//! * *Update*, 9 to 12 times cheaper: 0.9 to 1.1 ms for 450,000 listed vertices (the 369,000 of the bodies, some in several subtrees), 2 ns each. 17 times would be 0.6 ms, 4 to 5
-//!   cycles for a vertex in the third cache that is found by number: two loads and a prefetch, minimum and maximum take 12 instructions. Larger subtrees share fewer
-//!   vertices, and are touched more (56% of those of 4096 instead of 33% at 10x10).
-//! * *What rays update*: they reach 45% of the subtrees at 5x5 and 33% at 10x10, and 8 ns per triangle there makes 2.5 and 2.1 ms. If that cost nothing the ratios would
-//!   be what the verdict says, 1.5 and 2.6: just the goals, which with rays and updates as they are no way of doing this work can reach.
-//! * *Rays* gather corners where a refit has laid them out, which costs them a seventh; to lay them out for all that is touched costs more (`accel/lazy_write`).
+//! * *Update*, 11 to 12 times cheaper beside other work, 14 to 15 times in a program of its own: 3 of 4 vertices are loaded in runs. With all in the second cache that alone would be a third of
+//!   the time; the rest is waiting for vertices that another thread has just written. Larger subtrees share fewer vertices, and are touched more (56% of those of 4096 instead of 33% at 10x10).
+//! * *What rays update*: they reach 45% of the subtrees at 5x5 and 33% at 10x10, at 0.7 to 0.8 of what a refit takes per triangle. If that cost nothing the ratios would
+//!   be what the verdict says, 1.45 and 2.45 to 2.8: about the goals.
+//! * *Rays* gather corners where a refit has laid them out, which costs them a fifth to a quarter; to lay them out for all that is touched costs more (`accel/lazy_write`).
 //!
-//! With all that the mean frame is 1.28 times as fast at 5x5, 1.64 times at 10x10, and 1.02 times at 1x1 (paper: 1.49, 2.63, 0.996).
+//! With all that the mean frame is 1.20 times as fast at 5x5, 1.6 to 1.8 times at 10x10, and 0.9 to 1.0 times at 1x1 (paper: 1.49, 2.63, 0.996), in two quick runs beside other work. Before rays of lazy trees took turns, runs, and
+//! short lists for leaves, runs between those gave 1.02, 1.4 and 0.9.
 //!
 //! Best and worst are each method's own least and most.
 
