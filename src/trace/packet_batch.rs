@@ -12,12 +12,19 @@
 use super::packet::{LANES, RAYS, is_usual, spread, transposed};
 use super::packet_scene::{Scratch, traverse};
 use super::shells::Shells;
+use super::turns::Habits;
 use super::{Hit, Kernels, Ray};
 use crate::accel::TwoLevel;
 use crate::simd::{Isa, Vector};
+use std::cell::Cell;
 
 /// Rays that are sorted together.
 const RUN: usize = 2048;
+thread_local! {
+    /// What the packets of a thread were like, from batch to batch: of rays that look for the closest hit, and for any. Of another scene it is soon forgotten.
+    static HABITS: [Cell<[Habits; 2]>; 2] = const { [const { Cell::new([Habits::NONE; 2]) }; 2] };
+}
+
 /// In the place of an octant: a ray that is left out, and one that has been traced.
 const UNUSUAL: u8 = 8;
 const TRACED: u8 = 9;
@@ -35,6 +42,7 @@ pub(super) unsafe fn trace_many<I: Shells, const ANY: bool>(
 ) -> bool {
     let mut all_usual = true;
     let mut scratch = Scratch::new();
+    scratch.found.habits = HABITS.with(|habits| habits[usize::from(ANY)].get());
     let mut octants = [0u8; RUN];
     let mut order = [0u16; RUN];
     for (run, rays) in rays.chunks(RUN).enumerate() {
@@ -90,6 +98,7 @@ pub(super) unsafe fn trace_many<I: Shells, const ANY: bool>(
             start = end;
         }
     }
+    HABITS.with(|habits| habits[usize::from(ANY)].set(scratch.found.habits));
     all_usual
 }
 

@@ -107,14 +107,24 @@ fn rays_in_turn_find_what_they_find_alone() {
 }
 
 #[test]
-fn packets_that_fall_apart_are_remembered_and_probed() {
+fn packets_that_fall_apart_are_remembered_and_probed_more_and_more_rarely() {
     let mut habits = Habits::NONE;
     assert!(!habits.are_to_part(), "nothing has been seen");
     habits.saw(64, 200);
-    let parted = (0..160).filter(|_| habits.are_to_part()).count();
-    assert_eq!(parted, 150, "one of sixteen is a probe");
-    for _ in 0..8 {
+    let mut probes = vec![];
+    for packet in 0..1200 {
+        if !habits.are_to_part() {
+            probes.push(packet);
+            habits.saw(64, 200);
+        }
+    }
+    assert_eq!(probes, [16, 49, 114, 243, 500, 757, 1014]);
+    // A probe that stays together makes the next one come soon.
+    while habits.are_to_part() {}
+    habits.saw(64, 10);
+    assert_eq!((0..17).filter(|_| habits.are_to_part()).count(), 16);
+    for _ in 0..40 {
         habits.saw(64, 10);
     }
-    assert!((0..160).all(|_| !habits.are_to_part()), "rays stay together now");
+    assert!((0..1000).all(|_| !habits.are_to_part()), "rays stay together now");
 }
