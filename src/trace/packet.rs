@@ -46,17 +46,17 @@ pub(super) struct Packet {
 pub(super) struct Found {
     /// Distance of the best hit, at first the ray's `tmax`.
     pub t: Rows,
-    /// The best hits; kept only when the closest hit is looked for.
+    /// The best hits; they mean nothing when any hit will do.
     pub hits: [Hit; RAYS],
     /// The rays that are still searching. A ray looking for any hit leaves when it has one.
     pub open: u64,
-    /// Of packets whose directions are much alike, and of others.
-    pub habits: [Habits; 2],
+    /// See [`Habits::NONE`].
+    pub habits: [[Habits; 2]; 2],
 }
 
 impl Found {
     pub(super) fn new() -> Self {
-        Self { t: [[0.0; LANES]; GROUPS], hits: [Hit::none(0.0); RAYS], open: 0, habits: [Habits::NONE; 2] }
+        Self { t: [[0.0; LANES]; GROUPS], hits: [Hit::none(0.0); RAYS], open: 0, habits: Habits::NONE }
     }
 }
 
@@ -162,14 +162,14 @@ impl Packet {
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    pub(super) unsafe fn gather<I: Isa>(&mut self, found: &mut Found, rays: &[Ray], which: &[u16]) {
+    pub(super) unsafe fn gather<I: Isa, const ANY: bool>(&mut self, found: &mut Found, rays: &[Ray], which: &[u16]) {
         let count = which.len();
         assert!((1..=RAYS).contains(&count), "a packet has 1 to 64 rays");
         for (g, run) in which.chunks(LANES).enumerate() {
             // SAFETY: the caller's promise.
             unsafe {
                 let rows = transposed_by::<I>(run.len(), |l| &rays[usize::from(run[l])]);
-                self.store::<I>(found, g, rows);
+                self.store::<I, ANY>(found, g, rows);
             }
         }
         // SAFETY: the caller's promise.
@@ -182,14 +182,14 @@ impl Packet {
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    pub(super) unsafe fn gather_alike<I: Isa>(&mut self, found: &mut Found, rays: &[Ray]) -> bool {
+    pub(super) unsafe fn gather_alike<I: Isa, const ANY: bool>(&mut self, found: &mut Found, rays: &[Ray]) -> bool {
         let count = rays.len();
         assert!((1..=RAYS).contains(&count), "a packet has 1 to 64 rays");
         let mask = u64::MAX >> (RAYS - count);
         // SAFETY: the caller's promise.
         unsafe {
             for (g, run) in rays.chunks(LANES).enumerate() {
-                self.store::<I>(found, g, transposed::<I>(run));
+                self.store::<I, ANY>(found, g, transposed::<I>(run));
             }
             self.begin::<I>(found, mask);
             self.usual::<I>(mask) == mask && self.negative.iter().all(|n| n & mask == 0 || n & mask == mask)
@@ -201,7 +201,7 @@ impl Packet {
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    unsafe fn store<I: Isa>(&mut self, found: &mut Found, g: usize, rows: [I::F8; 8]) {
+    unsafe fn store<I: Isa, const ANY: bool>(&mut self, found: &mut Found, g: usize, rows: [I::F8; 8]) {
         let [ox, oy, oz, tmin, dx, dy, dz, tmax] = rows;
         // SAFETY: the caller's promise.
         unsafe {
@@ -213,8 +213,10 @@ impl Packet {
             tmin.max(I::F8::splat(0.0)).store(&mut self.tmin[g]);
             tmax.store(&mut found.t[g]);
         }
-        for (hit, &tmax) in found.hits[LANES * g..][..LANES].iter_mut().zip(&found.t[g]) {
-            *hit = Hit::none(tmax);
+        if !ANY {
+            for (hit, &tmax) in found.hits[LANES * g..][..LANES].iter_mut().zip(&found.t[g]) {
+                *hit = Hit::none(tmax);
+            }
         }
     }
 
@@ -238,7 +240,12 @@ impl Packet {
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    pub(super) unsafe fn take_in<I: Isa>(&mut self, found: &mut Found, rays: &RayPacket, mask: u64) -> u64 {
+    pub(super) unsafe fn take_in<I: Isa, const ANY: bool>(
+        &mut self,
+        found: &mut Found,
+        rays: &RayPacket,
+        mask: u64,
+    ) -> u64 {
         // SAFETY: the caller's promise.
         let usual = unsafe {
             for g in groups(mask) {
@@ -255,8 +262,10 @@ impl Packet {
             self.begin::<I>(found, usual);
             usual
         };
-        for r in bits(mask) {
-            found.hits[r] = Hit::none(rays.tmax[r / LANES][r % LANES]);
+        if !ANY {
+            for r in bits(mask) {
+                found.hits[r] = Hit::none(rays.tmax[r / LANES][r % LANES]);
+            }
         }
         mask & !usual
     }

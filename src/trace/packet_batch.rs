@@ -21,8 +21,8 @@ use std::cell::Cell;
 /// Rays that are sorted together.
 const RUN: usize = 2048;
 thread_local! {
-    /// What the packets of a thread were like, from batch to batch: of rays that look for the closest hit, and for any. Of another scene it is soon forgotten.
-    static HABITS: [Cell<[Habits; 2]>; 2] = const { [const { Cell::new([Habits::NONE; 2]) }; 2] };
+    /// What the packets of a thread were like, from batch to batch. Of another scene it is soon forgotten.
+    static HABITS: Cell<[[Habits; 2]; 2]> = const { Cell::new(Habits::NONE) };
 }
 
 /// In the place of an octant: a ray that is left out, and one that has been traced.
@@ -42,14 +42,15 @@ pub(super) unsafe fn trace_many<I: Shells, const ANY: bool>(
 ) -> bool {
     let mut all_usual = true;
     let mut scratch = Scratch::new();
-    scratch.found.habits = HABITS.with(|habits| habits[usize::from(ANY)].get());
+    scratch.found.habits = HABITS.get();
     let mut octants = [0u8; RUN];
     let mut order = [0u16; RUN];
     for (run, rays) in rays.chunks(RUN).enumerate() {
         let mut all_traced = true;
         for (c, (neighbours, octants)) in rays.chunks(RAYS).zip(octants.chunks_mut(RAYS)).enumerate() {
             // SAFETY: the caller's promise.
-            if seem_alike(neighbours) && unsafe { scratch.world.gather_alike::<I>(&mut scratch.found, neighbours) } {
+            if seem_alike(neighbours) && unsafe { scratch.world.gather_alike::<I, ANY>(&mut scratch.found, neighbours) }
+            {
                 // SAFETY: the caller's promise.
                 unsafe { traverse::<I, ANY>(world, kernels, &mut scratch) };
                 for slot in 0..neighbours.len() {
@@ -88,7 +89,7 @@ pub(super) unsafe fn trace_many<I: Shells, const ANY: bool>(
             for which in order[start..end].chunks(RAYS) {
                 // SAFETY: the caller's promise.
                 unsafe {
-                    scratch.world.gather::<I>(&mut scratch.found, rays, which);
+                    scratch.world.gather::<I, ANY>(&mut scratch.found, rays, which);
                     traverse::<I, ANY>(world, kernels, &mut scratch);
                 }
                 for (slot, &i) in which.iter().enumerate() {
@@ -98,7 +99,7 @@ pub(super) unsafe fn trace_many<I: Shells, const ANY: bool>(
             start = end;
         }
     }
-    HABITS.with(|habits| habits[usize::from(ANY)].set(scratch.found.habits));
+    HABITS.set(scratch.found.habits);
     all_usual
 }
 

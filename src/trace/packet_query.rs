@@ -125,7 +125,7 @@ pub(super) unsafe fn trace_packet<I: Shells, const ANY: bool>(
 ) -> u64 {
     // SAFETY: the caller's promise.
     unsafe {
-        let alone = Packet::take_in::<I>(&mut scratch.world, &mut scratch.found, rays, mask);
+        let alone = Packet::take_in::<I, ANY>(&mut scratch.world, &mut scratch.found, rays, mask);
         if scratch.found.open != 0 {
             traverse::<I, ANY>(world, kernels, scratch);
         }

@@ -71,8 +71,9 @@ pub(super) unsafe fn traverse<I: Shells, const ANY: bool>(world: &TwoLevel, kern
 fn alone<const ANY: bool>(world: &TwoLevel, kernels: &Kernels, scratch: &mut Scratch) {
     let Scratch { world: rays, found, .. } = scratch;
     for r in bits(rays.usable) {
-        let best = &mut found.hits[r];
-        let hit = traverse_scene::traverse::<ANY>(world, kernels, &rays.ray(r, best.t), best);
+        let tmax = found.t[r / LANES][r % LANES];
+        let best = if ANY { &mut Hit::none(tmax) } else { &mut found.hits[r] };
+        let hit = traverse_scene::traverse::<ANY>(world, kernels, &rays.ray(r, tmax), best);
         if ANY && hit {
             found.open &= !(1 << r);
         }

@@ -57,8 +57,10 @@ const STACK: usize = if cfg!(test) { 9 } else { 56 };
 /// Difference of the shares that an axis has in the directions of two rays of a packet, from which on they differ much.
 const APART: f32 = 0.5;
 
-/// So many times do the rays of a packet go on alone, on average, where taking turns is better.
+/// So many times do the rays of a packet go on alone, on average, where taking turns is better; and where any hit will do, which a packet's rays find together
+/// and then leave.
 const OFTEN_ALONE: f32 = 0.8;
+const OFTEN_ALONE_ANY: f32 = 1.1;
 
 /// After so many packets whose rays took turns one is traced as a packet all the same, to see whether that has changed; after twice as many if it has not,
 /// and so on up to the second number.
@@ -71,8 +73,9 @@ const REMEMBERED: f32 = 16.0;
 /// What packets were like lately: whatever they do next changes how long it takes, and no hit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Habits {
-    /// How many times a ray went on alone.
+    /// How many times a ray went on alone, and from when on that is too often.
     alone: f32,
+    often: f32,
     /// Packets until the next probe, and from that one to the one after it.
     wait: u32,
     pause: u32,
@@ -80,12 +83,16 @@ pub(super) struct Habits {
 
 impl Habits {
     /// Undecided: the first packet tips the scale.
-    pub(super) const NONE: Habits = Habits { alone: OFTEN_ALONE, wait: PROBE, pause: PROBE };
+    const CLOSEST: Habits = Habits { alone: OFTEN_ALONE, often: OFTEN_ALONE, wait: PROBE, pause: PROBE };
+    const ANY: Habits = Habits { alone: OFTEN_ALONE_ANY, often: OFTEN_ALONE_ANY, ..Self::CLOSEST };
+
+    /// Of nothing seen yet: of rays that look for the closest hit and of those that look for any, whose directions are alike and whose are not.
+    pub(super) const NONE: [[Habits; 2]; 2] = [[Self::CLOSEST; 2], [Self::ANY; 2]];
 
     /// Whether the rays of the next packet should take turns.
     #[inline]
     pub(super) fn are_to_part(&mut self) -> bool {
-        if self.alone <= OFTEN_ALONE {
+        if self.alone <= self.often {
             return false;
         }
         if self.wait == 0 {
@@ -102,7 +109,7 @@ impl Habits {
     pub(super) fn saw(&mut self, rays: u32, alone: u32) {
         let share = alone as f32 / rays as f32;
         self.alone += (share - self.alone) / REMEMBERED;
-        if share <= OFTEN_ALONE {
+        if share <= self.often {
             (self.wait, self.pause) = (self.wait.min(PROBE), PROBE);
         }
     }

@@ -58,7 +58,7 @@ fn check(name: &str, bvh: &Bvh, rays: &[super::Ray], kernels: &Kernels) -> (usiz
         let mut closest = Found::new();
         // SAFETY: every processor has the scalar set.
         unsafe {
-            packet.gather::<Scalar>(&mut closest, rays, &which);
+            packet.gather::<Scalar, false>(&mut closest, rays, &which);
             packet.prepare_triangles::<Scalar>(packet.usable);
         }
         let mut any = closest.clone();
@@ -108,7 +108,7 @@ fn rays_in_turn_find_what_they_find_alone() {
 
 #[test]
 fn packets_that_fall_apart_are_remembered_and_probed_more_and_more_rarely() {
-    let mut habits = Habits::NONE;
+    let mut habits = Habits::NONE[0][0];
     assert!(!habits.are_to_part(), "nothing has been seen");
     habits.saw(64, 200);
     let mut probes = vec![];
