@@ -58,6 +58,12 @@ impl Found {
     pub(super) fn new() -> Self {
         Self { t: [[0.0; LANES]; GROUPS], hits: [Hit::none(0.0); RAYS], open: 0, habits: Habits::NONE }
     }
+
+    /// Those of packets whose directions `differ` much or do not.
+    #[inline(always)]
+    pub(super) fn habits<const ANY: bool>(&mut self, differ: bool) -> &mut Habits {
+        &mut self.habits[usize::from(ANY)][usize::from(differ)]
+    }
 }
 
 /// Numbers of the groups that have a ray in `mask`.

@@ -75,7 +75,7 @@ impl<I: Shells, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
         // SAFETY: the caller's promise; a tree that is walked is not empty.
         unsafe {
             self.differ = differ_much::<I>(packet, mask);
-            if !found.habits[usize::from(ANY)][usize::from(self.differ)].are_to_part() {
+            if !found.habits::<ANY>(self.differ).are_to_part() {
                 return false;
             }
             for r in bits(I::turns::<ANY, _>(bvh, ChildRef::ROOT, packet, mask, down, (object, instance), found)) {
@@ -87,7 +87,7 @@ impl<I: Shells, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
 
     #[inline(always)]
     fn went_alone(&mut self, rays: u32, alone: u32, found: &mut Found) {
-        found.habits[usize::from(ANY)][usize::from(self.differ)].saw(rays, alone);
+        found.habits::<ANY>(self.differ).saw(rays, alone);
     }
 
     #[inline(always)]

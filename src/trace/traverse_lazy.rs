@@ -310,7 +310,7 @@ impl<I: Shells, const ANY: bool> Leaves<I> for LazyLeaves<'_, ANY> {
         // SAFETY: the caller's promise; the root may be read in this view.
         unsafe {
             self.differ = differ_much::<I>(packet, mask);
-            if !found.habits[usize::from(self.differ)].are_to_part() {
+            if !found.habits::<ANY>(self.differ).are_to_part() {
                 return false;
             }
             for r in bits(I::turns::<ANY, _>(view, root, packet, mask, down, numbers, found)) {
@@ -322,7 +322,7 @@ impl<I: Shells, const ANY: bool> Leaves<I> for LazyLeaves<'_, ANY> {
 
     #[inline(always)]
     fn went_alone(&mut self, rays: u32, alone: u32, found: &mut Found) {
-        found.habits[usize::from(self.differ)].saw(rays, alone);
+        found.habits::<ANY>(self.differ).saw(rays, alone);
     }
 
     #[inline(always)]
