@@ -342,6 +342,18 @@ inline void lookAt(const std::array<RTdouble, 3> &eye, const std::array<RTdouble
     rtLookAt(eye[0], eye[1], eye[2], center[0], center[1], center[2], up[0], up[1], up[2]);
 }
 
+/* What frames from now on are sampled like: see rtFrameParameteri(). */
+inline void frameParameter(RTenum name, RTint value)
+{
+    rtFrameParameteri(name, value);
+    check();
+}
+inline void frameParameter(RTenum name, RTfloat value)
+{
+    rtFrameParameterf(name, value);
+    check();
+}
+
 inline void render()
 {
     rtRender();

@@ -31,6 +31,15 @@ int main()
     if (hit.object != triangle.name())
         return 3;
 
+    rt::frameParameter(RT_SUBSAMPLING, 5);
+    rt::frameParameter(RT_TIME_BUDGET, 2.5f);
+    RTint step = 0;
+    RTfloat budget = 0;
+    rtGetIntegerv(RT_SUBSAMPLING, &step);
+    rtGetFloatv(RT_TIME_BUDGET, &budget);
+    if (step != 5 || budget != 2.5f)
+        return 8;
+
     RTuint gone;
     {
         rt::Object moved(RT_COMPILE, [] {});
@@ -49,6 +58,13 @@ int main()
     } catch (const rt::Error &error) {
         if (error.code() != RT_INVALID_VALUE || std::string(error.what()).find("no such parameter") == std::string::npos)
             return 7;
+    }
+    try {
+        rt::frameParameter(RT_SUBSAMPLING, -1);
+        return 9;
+    } catch (const rt::Error &error) {
+        if (error.code() != RT_INVALID_VALUE)
+            return 10;
     }
 #endif
     std::printf("seen at %.1f\n", hit.t);
