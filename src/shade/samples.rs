@@ -16,6 +16,10 @@
 //! triangles), pixels 10 (mostly waiting for the memory that they go to), sorting hits by surface 6, camera rays, lights and sums 5.
 //! Steps, robots by `raycast`: eight at a time 0.29 → 0.57; corners of all rows fetched before the first point is computed, triangles and pixels
 //! prefetched 0.70; no stores of single lanes, and a loop of its own for pixels that are written once 0.80.
+//!
+//! Since then batches have become 1.3 times as fast, frames 1.2 times, as what is not tracing has not: robots 0.60 by `raycast` and 0.72 by `whitted`, the cloth 0.65 and
+//! 0.74. A third of these frames is no tracing: shading 17 %, pixels 9 (of which half waits for their memory: 40 bytes each, more than the caches hold),
+//! sorting hits by surface 7.
 
 use crate::shade::camera_packet::CameraPacket;
 use crate::shade::footprint::Cone;
