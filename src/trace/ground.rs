@@ -1,11 +1,20 @@
-//! What [`super::turns`] asks of a tree.
+//! What [`super::turns`] and [`super::traverse_bvh`] ask of a tree.
 
 use super::traverse_packet::Nodes;
 use crate::accel::{Bvh, ChildRef, Node8, Tri4};
 use std::ops::Deref;
 
+/// A tree with blocks below its leaves.
+pub(super) trait Blocks: Nodes {
+    /// The blocks of a leaf that leads to them.
+    ///
+    /// # Safety
+    /// - It is a leaf of the tree, and has been reached.
+    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>>;
+}
+
 /// The tree that rays take turns in.
-pub(super) trait Ground: Nodes {
+pub(super) trait Ground: Blocks {
     /// Where a leaf leads that has been reached.
     ///
     /// # Safety
@@ -14,12 +23,6 @@ pub(super) trait Ground: Nodes {
     unsafe fn lead(&self, _leaf: ChildRef) -> Lead {
         Lead::Blocks
     }
-
-    /// The blocks of a leaf that leads to them.
-    ///
-    /// # Safety
-    /// - It is a leaf of the tree, and has been reached.
-    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>>;
 
     /// Where nodes and blocks begin, and how many bytes a block takes.
     fn beginnings(&self) -> (*const Node8, *const u8, usize);
@@ -33,23 +36,38 @@ pub(super) enum Lead {
     Elsewhere,
 }
 
-impl Ground for Bvh {
-    #[inline(always)]
-    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
-        // SAFETY: the caller's promise.
-        unsafe { Bvh::blocks(self).get_unchecked(leaf.blocks()).iter() }
-    }
+/// A [`Bvh`]: all of it is up to date, and every leaf is of blocks.
+pub(super) struct Plain<'a> {
+    nodes: &'a [Node8],
+    blocks: &'a [Tri4],
+}
 
+impl<'a> Plain<'a> {
     #[inline(always)]
-    fn beginnings(&self) -> (*const Node8, *const u8, usize) {
-        (self.nodes().as_ptr(), Bvh::blocks(self).as_ptr().cast(), size_of::<Tri4>())
+    pub(super) fn new(bvh: &'a Bvh) -> Self {
+        Self { nodes: bvh.nodes(), blocks: bvh.blocks() }
     }
 }
 
-impl Nodes for Bvh {
+impl Nodes for Plain<'_> {
     #[inline(always)]
     unsafe fn node(&self, index: usize) -> &Node8 {
         // SAFETY: the caller's promise.
-        unsafe { self.nodes().get_unchecked(index) }
+        unsafe { self.nodes.get_unchecked(index) }
+    }
+}
+
+impl Blocks for Plain<'_> {
+    #[inline(always)]
+    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
+        // SAFETY: the caller's promise.
+        unsafe { self.blocks.get_unchecked(leaf.blocks()).iter() }
+    }
+}
+
+impl Ground for Plain<'_> {
+    #[inline(always)]
+    fn beginnings(&self) -> (*const Node8, *const u8, usize) {
+        (self.nodes.as_ptr(), self.blocks.as_ptr().cast(), size_of::<Tri4>())
     }
 }

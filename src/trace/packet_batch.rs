@@ -20,6 +20,7 @@ use std::cell::Cell;
 
 /// Rays that are sorted together.
 const RUN: usize = 2048;
+
 thread_local! {
     /// What the packets of a thread were like, from batch to batch. Of another scene it is soon forgotten.
     static HABITS: Cell<[[Habits; 2]; 2]> = const { Cell::new(Habits::NONE) };

@@ -1,6 +1,7 @@
 //! A packet of rays through the 8-wide tree of one object.
 
 use super::Hit;
+use super::ground::Plain;
 use super::one_ray::InPacket;
 use super::packet::{Found, GROUPS, LANES, Packet};
 use super::packet_boxes::Slabs;
@@ -78,7 +79,15 @@ impl<I: Shells, const ANY: bool> Leaves<I> for Triangles<'_, ANY> {
             if !found.habits::<ANY>(self.differ).are_to_part() {
                 return false;
             }
-            for r in bits(I::turns::<ANY, _>(bvh, ChildRef::ROOT, packet, mask, down, (object, instance), found)) {
+            for r in bits(I::turns::<ANY, _>(
+                &Plain::new(bvh),
+                ChildRef::ROOT,
+                packet,
+                mask,
+                down,
+                (object, instance),
+                found,
+            )) {
                 <Self as Leaves<I>>::alone(self, ChildRef::ROOT, r, down, found);
             }
         }

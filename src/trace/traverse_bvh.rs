@@ -17,16 +17,15 @@
 //! the stack (-3 to -10 %), prefetching the line of the references (±2 %), leaving the children
 //! unsorted when any hit will do (within the noise). What helped: huge pages (+10 to +15 %).
 
+use super::ground::{Blocks, Plain};
 use super::one_ray::OneRay;
 use super::shells::Shells;
 use super::stack::{STACK, Stack, pop, push};
-use super::traverse_packet::Nodes;
 use super::triangle4::{RayLanes, edges4};
 use super::{Hit, PreparedRay, SLAB_PAD};
-use crate::accel::{Bvh, ChildRef, Node8, Tri4, WIDTH};
+use crate::accel::{Bvh, ChildRef, Node8, WIDTH};
 use crate::simd::{Isa, Vector};
 use std::mem::MaybeUninit;
-use std::ops::Deref;
 
 /// Bytes from one row of [`Node8::bounds`] to the next: one bit, that tells the rows of a pair apart.
 const ROW: usize = size_of::<[f32; WIDTH]>();
@@ -117,19 +116,13 @@ pub(super) unsafe fn traverse_below<I: Shells, const ANY: bool>(
     // SAFETY: the caller's promise; a `Bvh` is a tree (its invariants, checked on construction).
     unsafe {
         let lanes = (SlabLanes::<I>::new(ray), RayLanes::<I>::new(ray));
-        let tree = Plain { nodes: bvh.nodes(), blocks: bvh.blocks() };
+        let tree = Plain::new(bvh);
         descend::<I, ANY, _, _>(&tree, child, &lanes, ray, (object, instance), best)
     }
 }
 
 /// What [`descend`] goes down: where nodes and blocks are, and where leaves lead that are not of blocks.
-pub(super) trait Tree: Nodes {
-    /// The blocks of a leaf.
-    ///
-    /// # Safety
-    /// - It is a leaf of the tree, and [`Tree::lead`] leaves it as it is.
-    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>>;
-
+pub(super) trait Tree: Blocks {
     /// Where to go at a leaf that has been reached: to its blocks, on to another node, or back, if all below it has been looked at.
     ///
     /// # Safety
@@ -148,26 +141,7 @@ pub(super) enum Lead {
     Back(bool),
 }
 
-struct Plain<'a> {
-    nodes: &'a [Node8],
-    blocks: &'a [Tri4],
-}
-
-impl Nodes for Plain<'_> {
-    #[inline(always)]
-    unsafe fn node(&self, index: usize) -> &Node8 {
-        // SAFETY: the caller's promise.
-        unsafe { self.nodes.get_unchecked(index) }
-    }
-}
-
-impl Tree for Plain<'_> {
-    #[inline(always)]
-    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
-        // SAFETY: the caller's promise.
-        unsafe { self.blocks.get_unchecked(leaf.blocks()).iter() }
-    }
-}
+impl Tree for Plain<'_> {}
 
 /// The loop, in `tree`, from `child` down.
 ///

@@ -13,7 +13,7 @@
 //! *Tried*: every segment entered by a call. Bounds of the packet and of its best distances are then made again in each, and a ray per pixel on nine bodies took
 //! a fifth longer (`cargo bench --bench papers -- larsson1`, 1x1).
 
-use super::ground::{self, Ground};
+use super::ground::{self, Blocks, Ground};
 use super::one_ray::{InPacket, OneRay};
 use super::packet::{Found, GROUPS, LANES, Packet};
 use super::packet_boxes::Slabs;
@@ -79,6 +79,16 @@ impl<'a> View<'a> {
     }
 }
 
+impl Blocks for View<'_> {
+    #[inline(always)]
+    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
+        // SAFETY: the caller's promise: the leaf has been reached and is of blocks.
+        let run = unsafe { self.lazy.blocks().get_unchecked(leaf.blocks()) };
+        // SAFETY: likewise.
+        run.iter().map(|block| Gathered(unsafe { self.gather(block) }))
+    }
+}
+
 /// With a leaf that leads nowhere where a segment is in another place.
 impl Ground for View<'_> {
     #[inline(always)]
@@ -87,14 +97,6 @@ impl Ground for View<'_> {
             None => ground::Lead::Blocks,
             Some(segment) => self.root_of(segment).map_or(ground::Lead::Elsewhere, ground::Lead::On),
         }
-    }
-
-    #[inline(always)]
-    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
-        // SAFETY: the caller's promise: the leaf has been reached and is of blocks.
-        let run = unsafe { self.lazy.blocks().get_unchecked(leaf.blocks()) };
-        // SAFETY: likewise.
-        run.iter().map(|block| Gathered(unsafe { self.gather(block) }))
     }
 
     #[inline(always)]
@@ -196,6 +198,14 @@ impl<I, R, const ANY: bool> Nodes for SeenByOne<'_, I, R, ANY> {
     }
 }
 
+impl<I, R, const ANY: bool> Blocks for SeenByOne<'_, I, R, ANY> {
+    #[inline(always)]
+    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
+        // SAFETY: the caller's promise.
+        unsafe { self.view.blocks(leaf) }
+    }
+}
+
 /// A block that has been gathered.
 struct Gathered(Tri4);
 
@@ -209,14 +219,6 @@ impl Deref for Gathered {
 }
 
 impl<I: Shells, R: OneRay, const ANY: bool> Tree for SeenByOne<'_, I, R, ANY> {
-    #[inline(always)]
-    unsafe fn blocks(&self, leaf: ChildRef) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
-        // SAFETY: the caller's promise: the leaf has been reached and is of blocks.
-        let run = unsafe { self.view.lazy.blocks().get_unchecked(leaf.blocks()) };
-        // SAFETY: likewise.
-        run.iter().map(|block| Gathered(unsafe { self.view.gather(block) }))
-    }
-
     #[inline(always)]
     unsafe fn lead(&self, leaf: ChildRef, best: &mut Hit) -> Lead {
         let Self { view, ray, numbers, .. } = *self;

@@ -1,6 +1,7 @@
 //! Rays in turn against one ray at a time. The stacks of these builds are short (see `STACK`), so that some rays run out of them.
 
 use super::Kernels;
+use super::ground::Plain;
 use super::packet::{Found, Packet, RAYS};
 use super::shells::Shells;
 use super::tests::{kernels, rays};
@@ -20,19 +21,22 @@ fn turns<const ANY: bool>(
     found: &mut Found,
 ) -> u64 {
     assert!(level.is_available());
+    let tree = Plain::new(bvh);
     // SAFETY: the level is available, and the tree is not empty.
     unsafe {
         match level {
-            Level::Scalar => Scalar::turns::<ANY, _>(bvh, ChildRef::ROOT, packet, mask, down, NUMBERS, found),
+            Level::Scalar => Scalar::turns::<ANY, _>(&tree, ChildRef::ROOT, packet, mask, down, NUMBERS, found),
             #[cfg(target_arch = "x86_64")]
             Level::Sse41 => {
-                crate::simd::Sse41::turns::<ANY, _>(bvh, ChildRef::ROOT, packet, mask, down, NUMBERS, found)
+                crate::simd::Sse41::turns::<ANY, _>(&tree, ChildRef::ROOT, packet, mask, down, NUMBERS, found)
             }
             #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => crate::simd::Avx2::turns::<ANY, _>(bvh, ChildRef::ROOT, packet, mask, down, NUMBERS, found),
+            Level::Avx2 => {
+                crate::simd::Avx2::turns::<ANY, _>(&tree, ChildRef::ROOT, packet, mask, down, NUMBERS, found)
+            }
             #[cfg(target_arch = "x86_64")]
             Level::Avx512 => {
-                crate::simd::Avx512::turns::<ANY, _>(bvh, ChildRef::ROOT, packet, mask, down, NUMBERS, found)
+                crate::simd::Avx512::turns::<ANY, _>(&tree, ChildRef::ROOT, packet, mask, down, NUMBERS, found)
             }
             #[cfg(not(target_arch = "x86_64"))]
             _ => unreachable!("other processors have no level above Scalar"),
