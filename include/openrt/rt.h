@@ -968,7 +968,7 @@ RTAPI RTboolean rtIsObject(RTuint object);
  * Sets a parameter of an object, from the next frame on. RT_UPDATE_STRATEGY: RT_AUTO, RT_BSP, RT_SAH,
  * RT_FAST_BUILD, RT_REFIT, RT_ROTATE, RT_GRID, RT_LAZY or RT_VISIBILITY_FIELD. RT_MOTION: RT_STATIC, RT_AFFINE or
  * RT_UNSTRUCTURED. RT_LAZY_CUT: the
- * most triangles that a subtree has which RT_LAZY updates when a ray reaches it (1024 at first; 0 for subtrees at half
+ * most triangles that a subtree has which RT_LAZY updates when a ray reaches it (2048 at first; 0 for subtrees at half
  * the height). RT_LAZY_LEVELS: how many levels of it are updated at once (0, all, at first). RT_OBJECT_TIME: the
  * time that chooses among key frames, see rtKeyFrame(). None of them changes the picture, but for rounding:
  * vertices of an RT_STATIC object that is placed once are transformed, for others rays are.

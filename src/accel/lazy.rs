@@ -16,10 +16,15 @@
 //! *Same hits.* Boxes from vertices are a little larger than those from triangles, and contain them; a box that is larger never changes a hit.
 //!
 //! *Measured* on nine bodies of 81,920 triangles, with reflections and two lights, one thread (`cargo bench --bench papers -- larsson1 --quick`, whose head says what
-//! limits it). Of a segment's time, most goes to waiting for memory: nodes, vertices and what tells a leaf's. Per triangle that a ray has updated it is 0.7 to 0.8 of what a complete
-//! refit takes; with blocks of corners it was 1.3 to 1.6 (see [`super::lazy_write`]). Gathering makes rays a fifth to a quarter slower; the order of vertices helps there:
-//! those of a leaf are neighbours. Subtrees of 256 to 4096 triangles and half the height are alike in total. One level at a time is
+//! limits it). Per triangle that a ray has updated it takes half of what a complete refit does, in one go (whole trees: 1.7 to 1.8 times as fast); with blocks of corners
+//! it was 1.3 to 1.6 times as much (see [`super::lazy_write`]). To gather corners makes rays 1.15 times as slow, to go from segment to segment 1.05 to 1.1 times; the order of
+//! vertices helps there: those of a leaf are neighbours. One level at a time is
 //! slower, as the same vertices are looked at on each level; the paper prefers it, but its nodes hold one box and one triangle.
+//!
+//! *How large a segment* is: each costs 0.5 µs to begin, so the fewer nodes small ones have, the more each takes: subtrees of 64, 256, 1024, 2048 and 4096 triangles write 14, 30, 37, 55
+//! and 57 % of all nodes at 10x10 for 600, 220, 165, 130 and 135 ns each. In total, the update before the first ray included, those of 2048 and 1024 are alike, 4096 and 512 a twentieth worse.
+//! *Tried*: both, large ones below the top and small ones below these. Boxes of the small ones are made where a ray reaches the large one; the update before the first ray is that of large ones, but vertices are
+//! looked at twice, and rays go through one more: a tenth slower in total.
 //!
 //! *The mesh* is that of the scene, by a weak reference: a change of the scene then need not copy it, but cuts the tree off until the update that must follow.
 
@@ -32,7 +37,7 @@ use super::memory::{filled, reserve};
 use super::vertex_box::{box_of_all, box_of_set};
 use super::{Aabb, build_sah};
 use crate::scene::{LazyShape, Mesh};
-use crate::simd::{self, Level};
+use crate::simd::{self, Level, prefetch};
 use crate::threads::OnTouch;
 use glam::Vec4;
 use rayon::prelude::*;
@@ -238,6 +243,8 @@ impl LazyBvh {
     /// When the scene was changed after the last update.
     #[cold]
     pub fn touch(&self, segment: usize) -> Option<ChildRef> {
+        // Needed first, and while the mesh is looked for it comes.
+        prefetch(&self.topology.segments, segment);
         let mesh = self.source.mesh();
         self.parts.touch(segment, |nodes, vertices| {
             self.touched.segments.fetch_add(1, Ordering::Relaxed);

@@ -85,7 +85,7 @@ pub struct LazyShape {
 
 impl Default for LazyShape {
     fn default() -> Self {
-        Self { cut: 1024, levels: 0 }
+        Self { cut: 2048, levels: 0 }
     }
 }
 

@@ -24,15 +24,17 @@ pub type Place = (Range<usize>, Range<usize>);
 pub struct OnTouch<A, B> {
     first: Box<[UnsafeCell<A>]>,
     second: Box<[UnsafeCell<B>]>,
-    parts: Vec<Part>,
+    stamps: Vec<Stamp>,
+    places: Vec<Place>,
     period: u64,
 }
 
-struct Part {
-    /// Twice the period in which it was finished, or that plus one where it was claimed.
-    stamp: AtomicU64,
-    first: Range<usize>,
-    second: Range<usize>,
+/// What is looked at again and again of a part; apart from the rest, so that those of many parts stay in a cache.
+struct Stamp {
+    /// Twice the period in which the part was finished, or that plus one where it was claimed.
+    period: AtomicU64,
+    /// Where it begins in the first array.
+    start: usize,
 }
 
 // SAFETY: by the module head, `&self` gives a `&mut` to a part to one thread at a time (hence `Send`), and `&` to many (hence `Sync`).
@@ -45,24 +47,25 @@ impl<A, B> OnTouch<A, B> {
     /// When the parts are not ascending, overlap, or reach beyond the arrays.
     pub fn new(first: Vec<A>, second: Vec<B>, places: impl IntoIterator<Item = Place>) -> Self {
         let mut end = (0, 0);
-        let parts = places.into_iter().map(|(a, b)| {
+        let places = places.into_iter().map(|(a, b)| {
             assert!(end.0 <= a.start && a.start <= a.end && a.end <= first.len(), "parts of the first array overlap");
             assert!(end.1 <= b.start && b.start <= b.end && b.end <= second.len(), "parts of the second array overlap");
             end = (a.end, b.end);
-            Part { stamp: AtomicU64::new(0), first: a, second: b }
+            (a, b)
         });
-        let parts = parts.collect();
-        Self { first: cells(first), second: cells(second), parts, period: 1 }
+        let places: Vec<Place> = places.collect();
+        let stamps = places.iter().map(|(a, _)| Stamp { period: AtomicU64::new(0), start: a.start }).collect();
+        Self { first: cells(first), second: cells(second), stamps, places, period: 1 }
     }
 
     /// The number of parts.
     pub fn len(&self) -> usize {
-        self.parts.len()
+        self.stamps.len()
     }
 
     /// Whether there are no parts.
     pub fn is_empty(&self) -> bool {
-        self.parts.is_empty()
+        self.stamps.is_empty()
     }
 
     /// Makes all parts outdated.
@@ -75,7 +78,7 @@ impl<A, B> OnTouch<A, B> {
     /// # Panics
     /// When there is no such part.
     pub fn outdate(&mut self, part: usize) {
-        *self.parts[part].stamp.get_mut() = 0;
+        *self.stamps[part].period.get_mut() = 0;
     }
 
     /// A part, if it is current.
@@ -84,12 +87,12 @@ impl<A, B> OnTouch<A, B> {
     /// When there is no such part.
     #[inline(always)]
     pub fn current(&self, part: usize) -> Option<(&[A], &[B])> {
-        let part = &self.parts[part];
-        if part.stamp.load(Ordering::Acquire) != 2 * self.period {
+        if !self.is_current(part) {
             return None;
         }
+        let place = &self.places[part];
         // SAFETY: the part is current, so nobody has or will get a `&mut` to it before the next `&mut self`.
-        Some(unsafe { (self.first_of(part), self.second_of(part)) })
+        Some(unsafe { (self.first_of(place), self.second_of(place)) })
     }
 
     /// A part, brought up to date by `update` if nobody has done so in this period; None while another thread does. `update` gets what the part
@@ -98,23 +101,23 @@ impl<A, B> OnTouch<A, B> {
     /// # Panics
     /// When there is no such part.
     pub fn touch(&self, number: usize, update: impl FnOnce(&mut [A], &mut [B])) -> Option<(&[A], &[B])> {
-        let part = &self.parts[number];
+        let (stamp, place) = (&self.stamps[number].period, &self.places[number]);
         let (finished, claimed) = (2 * self.period, 2 * self.period + 1);
-        let mut seen = part.stamp.load(Ordering::Acquire);
+        let mut seen = stamp.load(Ordering::Acquire);
         while seen != finished {
             if seen == claimed {
                 return None;
             }
             // Acquire: what the writer of an earlier period wrote is seen.
-            match part.stamp.compare_exchange_weak(seen, claimed, Ordering::Acquire, Ordering::Acquire) {
+            match stamp.compare_exchange_weak(seen, claimed, Ordering::Acquire, Ordering::Acquire) {
                 Ok(_) => {
                     {
                         // SAFETY: only one thread per period makes this transition, and no shared reference is handed out
                         // before the stamp says "finished"; those of former periods ended with a `&mut self`.
-                        let (first, second) = unsafe { (self.first_mut(part), self.second_mut(part)) };
+                        let (first, second) = unsafe { (self.first_mut(place), self.second_mut(place)) };
                         update(first, second);
                     }
-                    part.stamp.store(finished, Ordering::Release);
+                    stamp.store(finished, Ordering::Release);
                     break;
                 }
                 Err(now) => seen = now,
@@ -127,8 +130,9 @@ impl<A, B> OnTouch<A, B> {
     ///
     /// # Panics
     /// When there is no such part.
+    #[inline(always)]
     pub fn is_current(&self, part: usize) -> bool {
-        self.parts[part].stamp.load(Ordering::Acquire) == 2 * self.period
+        self.stamps[part].period.load(Ordering::Acquire) == 2 * self.period
     }
 
     /// Where a part begins in the first array, if it is current.
@@ -137,8 +141,8 @@ impl<A, B> OnTouch<A, B> {
     /// When there is no such part.
     #[inline(always)]
     pub fn start_of_current(&self, part: usize) -> Option<usize> {
-        let part = &self.parts[part];
-        (part.stamp.load(Ordering::Acquire) == 2 * self.period).then_some(part.first.start)
+        let stamp = &self.stamps[part];
+        (stamp.period.load(Ordering::Acquire) == 2 * self.period).then_some(stamp.start)
     }
 
     /// The beginnings of the arrays, for who has several parts at a time. What is in a part that has been seen to be current may be read as long as `self` is
@@ -153,9 +157,9 @@ impl<A, B> OnTouch<A, B> {
     /// # Panics
     /// When there is no such part.
     pub fn part_mut(&mut self, part: usize) -> (&mut [A], &mut [B]) {
-        let part = &self.parts[part];
+        let place = &self.places[part];
         // SAFETY: `&mut self` proves that nobody else has a reference into it.
-        unsafe { (self.first_mut(part), self.second_mut(part)) }
+        unsafe { (self.first_mut(place), self.second_mut(place)) }
     }
 
     /// Where a part lies in the arrays.
@@ -163,13 +167,15 @@ impl<A, B> OnTouch<A, B> {
     /// # Panics
     /// When there is no such part.
     pub fn place(&self, part: usize) -> Place {
-        let Part { first, second, .. } = &self.parts[part];
-        (first.clone(), second.clone())
+        self.places[part].clone()
     }
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.first) + size_of_val(&*self.second) + self.parts.capacity() * size_of::<Part>()
+        size_of_val(&*self.first)
+            + size_of_val(&*self.second)
+            + self.stamps.capacity() * size_of::<Stamp>()
+            + self.places.capacity() * size_of::<Place>()
     }
 
     /// The arrays.
@@ -180,24 +186,24 @@ impl<A, B> OnTouch<A, B> {
     /// # Safety
     /// - Nobody has a `&mut` to this part while the reference lives.
     #[inline(always)]
-    unsafe fn first_of(&self, part: &Part) -> &[A] {
+    unsafe fn first_of(&self, place: &Place) -> &[A] {
         // SAFETY: the range was checked on construction; the caller's promise. `UnsafeCell` has the layout of what is in it.
-        unsafe { &*(self.first.get_unchecked(part.first.clone()) as *const [UnsafeCell<A>] as *const [A]) }
+        unsafe { &*(self.first.get_unchecked(place.0.clone()) as *const [UnsafeCell<A>] as *const [A]) }
     }
 
     /// # Safety
     /// - As [`OnTouch::first_of`].
     #[inline(always)]
-    unsafe fn second_of(&self, part: &Part) -> &[B] {
+    unsafe fn second_of(&self, place: &Place) -> &[B] {
         // SAFETY: as in `first_of`.
-        unsafe { &*(self.second.get_unchecked(part.second.clone()) as *const [UnsafeCell<B>] as *const [B]) }
+        unsafe { &*(self.second.get_unchecked(place.1.clone()) as *const [UnsafeCell<B>] as *const [B]) }
     }
 
     /// # Safety
     /// - Nobody has any reference to this part while this one lives.
     #[allow(clippy::mut_from_ref, reason = "what the cells are for")]
-    unsafe fn first_mut(&self, part: &Part) -> &mut [A] {
-        let cells = &self.first[part.first.clone()];
+    unsafe fn first_mut(&self, place: &Place) -> &mut [A] {
+        let cells = &self.first[place.0.clone()];
         // SAFETY: the caller's promise. A pointer to `UnsafeCell`s may write to what is in them.
         unsafe { std::slice::from_raw_parts_mut(UnsafeCell::raw_get(cells.as_ptr()), cells.len()) }
     }
@@ -205,8 +211,8 @@ impl<A, B> OnTouch<A, B> {
     /// # Safety
     /// - As [`OnTouch::first_mut`].
     #[allow(clippy::mut_from_ref, reason = "what the cells are for")]
-    unsafe fn second_mut(&self, part: &Part) -> &mut [B] {
-        let cells = &self.second[part.second.clone()];
+    unsafe fn second_mut(&self, place: &Place) -> &mut [B] {
+        let cells = &self.second[place.1.clone()];
         // SAFETY: as in `first_mut`.
         unsafe { std::slice::from_raw_parts_mut(UnsafeCell::raw_get(cells.as_ptr()), cells.len()) }
     }

@@ -67,8 +67,8 @@ const TABLE_2: [[f64; 4]; 3] = [[0.063, 32.1, 0.016, 31.9], [0.063, 1.32, 0.016,
 
 const VARIANTS: [(&str, Strategy, LazyShape); 5] = [
     ("bottom-up", Strategy::Refit, LazyShape { cut: 0, levels: 0 }),
-    ("hybrid", Strategy::Lazy, LazyShape { cut: 1024, levels: 0 }),
-    ("  subtrees of 4096", Strategy::Lazy, LazyShape { cut: 4096, levels: 0 }),
+    ("hybrid", Strategy::Lazy, LazyShape { cut: 2048, levels: 0 }),
+    ("  subtrees of 512", Strategy::Lazy, LazyShape { cut: 512, levels: 0 }),
     ("  half the height", Strategy::Lazy, LazyShape { cut: 0, levels: 0 }),
     ("  and level by level", Strategy::Lazy, LazyShape { cut: 0, levels: 1 }),
 ];

@@ -21,9 +21,9 @@ const JOB: usize = 4096;
 const VARIANTS: [(&str, Strategy, LazyShape); 8] = [
     ("refit", Strategy::Refit, LazyShape { cut: 0, levels: 0 }),
     ("lazy, 256 triangles", Strategy::Lazy, LazyShape { cut: 256, levels: 0 }),
-    ("lazy, 1024 triangles", Strategy::Lazy, LazyShape { cut: 1024, levels: 0 }),
+    ("lazy, 2048 triangles", Strategy::Lazy, LazyShape { cut: 2048, levels: 0 }),
     ("lazy, 4096 triangles", Strategy::Lazy, LazyShape { cut: 4096, levels: 0 }),
-    ("lazy, 1024, 2 levels", Strategy::Lazy, LazyShape { cut: 1024, levels: 2 }),
+    ("lazy, 2048, 2 levels", Strategy::Lazy, LazyShape { cut: 2048, levels: 2 }),
     ("lazy, half height", Strategy::Lazy, LazyShape { cut: 0, levels: 0 }),
     ("lazy, half height, 1 level", Strategy::Lazy, LazyShape { cut: 0, levels: 1 }),
     ("lazy, half height, 2 levels", Strategy::Lazy, LazyShape { cut: 0, levels: 2 }),
