@@ -1,41 +1,14 @@
 //! The picture in linear floats, stored tile by tile.
 //!
-//! Tile-major storage lets threads own disjoint slices (`chunks_mut`) without locks or `unsafe`, and keeps the memory
-//! that a thread writes together. Tiles at the right and upper border are stored whole; their outer pixels are never
+//! Tile-major storage lets threads own disjoint slices without locks or `unsafe`, and keeps the memory
+//! that a thread writes together ([`super::block`]). Tiles at the right and upper border are stored whole; their outer pixels are never
 //! shown.
 
+use super::block::{Pixel, TILE_SIZE, Tile};
 use std::fmt;
-
-/// Edge length of a tile in pixels.
-pub const TILE_SIZE: u32 = 16;
-/// Pixels of one tile.
-pub const TILE_PIXELS: usize = (TILE_SIZE * TILE_SIZE) as usize;
-/// [`Pixel::instance`] where nothing was hit.
-pub const NO_INSTANCE: u32 = u32::MAX;
 
 /// Largest width or height.
 const MAX_SIZE: u32 = 1 << 16;
-
-/// What a frame leaves for one pixel. All but the colour belong to the sample nearest to the pixel's centre.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pixel {
-    /// Linear RGB, and coverage (1 where something was hit).
-    pub color: [f32; 4],
-    /// Distance from the ray's origin along the camera ray, in world units; infinite where nothing was hit.
-    pub depth: f32,
-    /// Unit shading normal in world space, on the side of the camera; 0 where nothing was hit.
-    pub normal: [f32; 3],
-    /// Name of the object; 0 where nothing was hit.
-    pub object: u32,
-    /// Number of the instance in the order of the frame; [`NO_INSTANCE`] where nothing was hit.
-    pub instance: u32,
-}
-
-impl Pixel {
-    /// A pixel that no frame has touched.
-    pub const EMPTY: Pixel =
-        Pixel { color: [0.0; 4], depth: f32::INFINITY, normal: [0.0; 3], object: 0, instance: NO_INSTANCE };
-}
 
 /// A rectangle of pixels: columns `x0..x1`, rows `y0..y1` from the bottom.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,7 +63,7 @@ impl TileGrid {
 #[derive(Default)]
 pub struct Framebuffer {
     grid: TileGrid,
-    pixels: Vec<Pixel>,
+    tiles: Vec<Tile>,
     /// Samples per pixel that are averaged in each tile.
     samples: Vec<u32>,
 }
@@ -129,19 +102,18 @@ impl Framebuffer {
             return Err(FramebufferError::TooLarge { width, height });
         }
         let tiles = grid.tile_count();
-        let bytes = tiles as u64 * (TILE_PIXELS * size_of::<Pixel>() + size_of::<u32>()) as u64;
+        let bytes = tiles as u64 * (size_of::<Tile>() + size_of::<u32>()) as u64;
         let out_of_memory = |_| FramebufferError::OutOfMemory { bytes };
-        let count = tiles * TILE_PIXELS;
         // A smaller picture re-uses the memory of a larger one.
-        if self.pixels.capacity() < count {
-            let mut pixels = Vec::new();
-            pixels.try_reserve_exact(count).map_err(out_of_memory)?;
+        if self.tiles.capacity() < tiles {
+            let mut fresh = Vec::new();
+            fresh.try_reserve_exact(tiles).map_err(out_of_memory)?;
             let mut samples = Vec::new();
             samples.try_reserve_exact(tiles).map_err(out_of_memory)?;
-            (self.pixels, self.samples) = (pixels, samples);
+            (self.tiles, self.samples) = (fresh, samples);
         }
-        self.pixels.clear();
-        self.pixels.resize(count, Pixel::EMPTY);
+        self.tiles.clear();
+        self.tiles.resize(tiles, Tile::EMPTY);
         self.samples.clear();
         self.samples.resize(tiles, 0);
         self.grid = grid;
@@ -161,23 +133,24 @@ impl Framebuffer {
     }
 
     /// The pixel in column `x`, row `y` from the bottom; None outside the picture.
-    pub fn pixel(&self, x: u32, y: u32) -> Option<&Pixel> {
+    #[inline]
+    pub fn pixel(&self, x: u32, y: u32) -> Option<Pixel> {
         if x >= self.grid.width || y >= self.grid.height {
             return None;
         }
         let tile = (y / TILE_SIZE * self.grid.tiles_x() + x / TILE_SIZE) as usize;
-        self.pixels.get(tile * TILE_PIXELS + (y % TILE_SIZE * TILE_SIZE + x % TILE_SIZE) as usize)
+        self.tiles.get(tile).map(|tile| tile.pixel(x % TILE_SIZE, y % TILE_SIZE))
     }
 
     /// The pixels of row `y` from the bottom, left to right; nothing outside the picture.
-    pub fn row(&self, y: u32) -> impl ExactSizeIterator<Item = &Pixel> + '_ {
+    pub fn row(&self, y: u32) -> impl ExactSizeIterator<Item = Pixel> + '_ {
         let width = if y < self.grid.height { self.grid.width } else { 0 };
         (0..width).map(move |x| self.pixel(x, y).expect("x and y are inside the picture"))
     }
 
-    /// All tiles for writing: [`TILE_PIXELS`] pixels and one sample count each, in the order of [`TileGrid::rect`].
-    pub fn tiles_mut(&mut self) -> (&mut [Pixel], &mut [u32]) {
-        (&mut self.pixels, &mut self.samples)
+    /// All tiles for writing, and a sample count for each, in the order of [`TileGrid::rect`].
+    pub fn tiles_mut(&mut self) -> (&mut [Tile], &mut [u32]) {
+        (&mut self.tiles, &mut self.samples)
     }
 }
 
@@ -207,12 +180,12 @@ mod tests {
         let mut fb = Framebuffer::default();
         fb.resize(37, 21).unwrap();
         let grid = fb.grid();
-        let (pixels, _) = fb.tiles_mut();
-        for (i, tile) in pixels.chunks_mut(TILE_PIXELS).enumerate() {
+        let (tiles, _) = fb.tiles_mut();
+        for (i, tile) in tiles.iter_mut().enumerate() {
             let r = grid.rect(i);
             for y in r.y0..r.y1 {
                 for x in r.x0..r.x1 {
-                    tile[((y - r.y0) * TILE_SIZE + x - r.x0) as usize].object = y * 37 + x + 1;
+                    tile.set(x - r.x0, y - r.y0, Pixel { object: y * 37 + x + 1, ..Pixel::EMPTY });
                 }
             }
         }

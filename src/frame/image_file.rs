@@ -162,18 +162,18 @@ pub fn read_image(path: &Path) -> Result<LoadedImage, ImageFileError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{TILE_PIXELS, TILE_SIZE};
+    use crate::frame::Pixel;
 
     fn picture() -> Framebuffer {
         let mut fb = Framebuffer::default();
         fb.resize(20, 3).unwrap();
         let grid = fb.grid();
-        for (i, tile) in fb.tiles_mut().0.chunks_mut(TILE_PIXELS).enumerate() {
+        for (i, tile) in fb.tiles_mut().0.iter_mut().enumerate() {
             let r = grid.rect(i);
             for y in r.y0..r.y1 {
                 for x in r.x0..r.x1 {
-                    tile[((y - r.y0) * TILE_SIZE + x - r.x0) as usize].color =
-                        [x as f32 / 255.0, y as f32 * 60.0 / 255.0, 1.0, 1.0];
+                    let color = [x as f32 / 255.0, y as f32 * 60.0 / 255.0, 1.0, 1.0];
+                    tile.set(x - r.x0, y - r.y0, Pixel { color, ..Pixel::EMPTY });
                 }
             }
         }

@@ -15,7 +15,7 @@
 //!
 //! What cannot be interpolated (depth, normal, names) is that of the nearest node.
 
-use super::{Framebuffer, Pixel, TILE_SIZE, TileRect};
+use super::{Framebuffer, Pixel, TILE_SIZE, Tile, TileRect};
 
 /// Nodes that the columns of a tile lie between, at the most: with a step of 1.
 const NODES: usize = TILE_SIZE as usize + 1;
@@ -56,12 +56,12 @@ impl Lattice {
     }
 
     /// Fills the `visible` pixels of the tile at `tile` between `nodes`, bilinearly.
-    pub fn fill_bilinear(&self, nodes: &Framebuffer, tile: [u32; 2], visible: TileRect, pixels: &mut [Pixel]) {
+    pub fn fill_bilinear(&self, nodes: &Framebuffer, tile: [u32; 2], visible: TileRect, pixels: &mut Tile) {
         self.fill(nodes, tile, visible, pixels, |[a, b, c, d], [x, y]| mix(mix(a, c, y), mix(b, d, y), x));
     }
 
     /// Fills the `visible` pixels of the tile at `tile` between `nodes`, linearly in four triangles.
-    pub fn fill_midpoint(&self, nodes: &Framebuffer, tile: [u32; 2], visible: TileRect, pixels: &mut [Pixel]) {
+    pub fn fill_midpoint(&self, nodes: &Framebuffer, tile: [u32; 2], visible: TileRect, pixels: &mut Tile) {
         self.fill(nodes, tile, visible, pixels, midpoint);
     }
 
@@ -71,7 +71,7 @@ impl Lattice {
         nodes: &Framebuffer,
         tile: [u32; 2],
         visible: TileRect,
-        pixels: &mut [Pixel],
+        pixels: &mut Tile,
         blend: impl Fn([[f32; 4]; 4], [f32; 2]) -> [f32; 4],
     ) {
         let mut across = [Between::default(); TILE_SIZE as usize];
@@ -81,21 +81,25 @@ impl Lattice {
         let columns = &across[(visible.x0 - tile[0]) as usize..(visible.x1 - tile[0]) as usize];
         let (Some(first), Some(last)) = (columns.first(), columns.last()) else { return };
         let (first, count) = (first.node, (last.next - first.node + 1) as usize);
+        let [mut lower, mut upper] = [[Pixel::EMPTY; NODES]; 2];
+        let mut rows = None;
         for y in visible.y0..visible.y1 {
             let up = self.between(1, y);
-            let [mut lower, mut upper] = [[&Pixel::EMPTY; NODES]; 2];
-            for (row, line) in [(up.node, &mut lower), (up.next, &mut upper)] {
-                for (node, to) in (first..).zip(&mut line[..count]) {
-                    *to = nodes.pixel(node, row).expect("a picture of all nodes");
+            // Rows of pixels mostly lie between the same rows of nodes as those below.
+            if rows.replace([up.node, up.next]) != Some([up.node, up.next]) {
+                for (row, line) in [(up.node, &mut lower), (up.next, &mut upper)] {
+                    for (node, to) in (first..).zip(&mut line[..count]) {
+                        *to = nodes.pixel(node, row).expect("a picture of all nodes");
+                    }
                 }
             }
             let near = if up.share <= 0.5 { &lower } else { &upper };
-            let begin = ((y - tile[1]) * TILE_SIZE + (visible.x0 - tile[0])) as usize;
-            for (pixel, x) in pixels[begin..].iter_mut().zip(columns) {
+            for (at, x) in (visible.x0 - tile[0]..).zip(columns) {
                 let [i, j] = [x.node, x.next].map(|node| (node - first) as usize);
                 let corners = [lower[i].color, lower[j].color, upper[i].color, upper[j].color];
                 let nearest = near[if x.share <= 0.5 { i } else { j }];
-                *pixel = Pixel { color: blend(corners, [x.share, up.share]), ..*nearest };
+                let color = blend(corners, [x.share, up.share]);
+                pixels.set(at, y - tile[1], Pixel { color, ..nearest });
             }
         }
     }
@@ -143,7 +147,6 @@ fn midpoint([a, b, c, d]: [[f32; 4]; 4], [x, y]: [f32; 2]) -> [f32; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::TILE_PIXELS;
 
     /// A viewport with a border around it, in a framebuffer.
     fn viewport(width: u32, height: u32) -> TileRect {
@@ -162,21 +165,20 @@ mod tests {
         let mut nodes = Framebuffer::default();
         nodes.resize(columns, rows).unwrap();
         let grid = nodes.grid();
-        for (i, tile) in nodes.tiles_mut().0.chunks_mut(TILE_PIXELS).enumerate() {
+        for (i, tile) in nodes.tiles_mut().0.iter_mut().enumerate() {
             let rect = grid.rect(i);
             for y in rect.y0..rect.y1 {
                 for x in rect.x0..rect.x1 {
-                    let pixel = &mut tile[((y - rect.y0) * TILE_SIZE + x - rect.x0) as usize];
-                    let at = [column(x, step, width), column(y, step, height)];
-                    pixel.color = value(at[0], at[1]);
-                    (pixel.object, pixel.instance) = (at[0], at[1]);
+                    let [object, instance] = [column(x, step, width), column(y, step, height)];
+                    let color = value(object, instance);
+                    tile.set(x - rect.x0, y - rect.y0, Pixel { color, object, instance, ..Pixel::EMPTY });
                 }
             }
         }
         let mut out = Framebuffer::default();
         out.resize(width + 7, height + 9).unwrap();
         let grid = out.grid();
-        for (i, tile) in out.tiles_mut().0.chunks_mut(TILE_PIXELS).enumerate() {
+        for (i, tile) in out.tiles_mut().0.iter_mut().enumerate() {
             let rect = grid.rect(i);
             let visible = rect.intersection(viewport(width, height));
             let fill = if middle { Lattice::fill_midpoint } else { Lattice::fill_bilinear };
@@ -242,7 +244,7 @@ mod tests {
                     }
                     let outside = [(2, 5), (3, 4), (3 + width, 5), (3, 5 + height)];
                     for (x, y) in outside {
-                        assert_eq!(picture.pixel(x, y), Some(&Pixel::EMPTY), "outside of the viewport");
+                        assert_eq!(picture.pixel(x, y), Some(Pixel::EMPTY), "outside of the viewport");
                     }
                 }
             }

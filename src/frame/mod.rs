@@ -7,6 +7,7 @@
 
 pub mod srgb;
 
+mod block;
 mod encode;
 mod framebuffer;
 mod image_file;
@@ -14,8 +15,9 @@ mod lattice;
 mod pixel_format;
 mod stats;
 
+pub use block::{BLOCK_PIXELS, Block, NO_INSTANCE, Pixel, TILE_SIZE, Tile, block_place};
 pub use encode::encode_pixels;
-pub use framebuffer::{Framebuffer, FramebufferError, NO_INSTANCE, Pixel, TILE_PIXELS, TILE_SIZE, TileGrid, TileRect};
+pub use framebuffer::{Framebuffer, FramebufferError, TileGrid, TileRect};
 pub use image_file::{ImageFileError, LoadedImage, read_image, write_image};
 pub use lattice::Lattice;
 pub use pixel_format::{PixelFormat, PixelSink, Target, TargetLayout};

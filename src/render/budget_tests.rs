@@ -35,7 +35,7 @@ fn until(renderer: &mut Renderer, w: &World, frame: &FrameDesc, threads: usize, 
 /// All numbers of the pixels, as bits, row by row.
 fn picture(renderer: &Renderer) -> Vec<[u32; 10]> {
     let fb = renderer.framebuffer();
-    let words = |p: &crate::frame::Pixel| {
+    let words = |p: crate::frame::Pixel| {
         let ([r, g, b, a], [x, y, z]) = (p.color.map(f32::to_bits), p.normal.map(f32::to_bits));
         [r, g, b, a, p.depth.to_bits(), x, y, z, p.object, p.instance]
     };

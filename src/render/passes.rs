@@ -12,7 +12,7 @@
 
 use super::frameless::Turn;
 use super::tile::{TileJob, TileWorker};
-use crate::frame::{Framebuffer, Pixel, TILE_PIXELS, TILE_SIZE, Target, TileGrid, TileRect};
+use crate::frame::{self, Framebuffer, Target, TileGrid, TileRect};
 use crate::shade::RayCounts;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -48,7 +48,7 @@ pub struct Passes<'a> {
 }
 
 /// A tile: its pixels, and the samples that are averaged in them.
-type Tile<'f> = (usize, (&'f mut [Pixel], &'f mut u32));
+type Tile<'f> = (usize, (&'f mut frame::Tile, &'f mut u32));
 
 impl Passes<'_> {
     /// Renders all tiles in full.
@@ -76,8 +76,8 @@ impl Passes<'_> {
         time_is_up: &(dyn Fn() -> bool + Sync),
     ) -> Counts {
         let grid = fb.grid();
-        let (pixels, rounds) = fb.tiles_mut();
-        let mut order: Vec<Tile> = pixels.chunks_mut(TILE_PIXELS).zip(rounds).enumerate().collect();
+        let (tiles, rounds) = fb.tiles_mut();
+        let mut order: Vec<Tile> = tiles.iter_mut().zip(rounds).enumerate().collect();
         order.retain(|&(index, _)| !grid.rect(index).intersection(self.wanted).is_empty());
         let middle = |a: u32, b: u32| i64::from(a) + i64::from(b);
         let (x, y) = (middle(self.wanted.x0, self.wanted.x1), middle(self.wanted.y0, self.wanted.y1));
@@ -115,8 +115,7 @@ impl Passes<'_> {
             *rounds = rounds.saturating_add(1);
         }
         if let Some(target) = self.target {
-            let color = |x, y| pixels[((y - rect.y0) * TILE_SIZE + x - rect.x0) as usize].color;
-            target.write_rect(visible, job.frame.srgb, color);
+            target.write_rect(visible, job.frame.srgb, |x, y| pixels.color(x - rect.x0, y - rect.y0));
         }
         Counts { rays, skipped: 0 }
     }
@@ -132,6 +131,6 @@ impl Passes<'_> {
 }
 
 fn tiles(fb: &mut Framebuffer) -> impl IndexedParallelIterator<Item = Tile<'_>> {
-    let (pixels, rounds) = fb.tiles_mut();
-    pixels.par_chunks_mut(TILE_PIXELS).zip(rounds.par_iter_mut()).enumerate()
+    let (tiles, rounds) = fb.tiles_mut();
+    tiles.par_iter_mut().zip(rounds.par_iter_mut()).enumerate()
 }

@@ -1,18 +1,18 @@
 //! One tile: camera samples to pixels.
 //!
-//! A tile is four packets of 8×8 pixels, whose rays are made, traced and shaded together (one per pixel at a time). A frame of one
+//! A tile is four packets of 8×8 pixels, whose rays are made, traced and shaded together (one per pixel at a time), in the order in which a block of the picture keeps its pixels. A frame of one
 //! sample per pixel that averages nothing writes its pixels at once; sums are kept for the others only.
 //!
 //! Of a sub-sampled frame a tile holds nodes ([`crate::frame::Lattice`]) instead of neighbouring pixels: the packets are
 //! packets still, of rays that are farther apart.
 
 use super::frameless::Turn;
-use crate::frame::{Pixel, TILE_PIXELS, TILE_SIZE, TileRect};
+use crate::frame::{BLOCK_PIXELS, Block, Pixel, TILE_SIZE, Tile, TileRect, block_place};
 use crate::scene::{FrameDesc, Viewport};
 use crate::shade::{
     CameraPacket, Cone, PACKET_SIZE, RayCounts, Samples, Seen, ShadeScene, Wanted, Worker, pixel_pattern, place,
 };
-use crate::simd::{Level, prefetch};
+use crate::simd::{Level, bits, prefetch_at};
 use crate::trace::{RayPacket, Tracer};
 use glam::{Vec2, Vec4};
 
@@ -35,7 +35,7 @@ pub struct TileWorker<'a> {
     worker: Worker<'a>,
     camera: CameraPacket,
     samples: Samples,
-    sums: Box<[Vec4; TILE_PIXELS]>,
+    sums: Box<[Vec4; RayPacket::RAYS]>,
 }
 
 /// Packets along each side of a tile.
@@ -73,7 +73,7 @@ impl<'a> TileJob<'a> {
             },
             camera: CameraPacket::new(),
             samples: Samples::new(),
-            sums: Box::new([Vec4::ZERO; TILE_PIXELS]),
+            sums: Box::new([Vec4::ZERO; RayPacket::RAYS]),
         }
     }
 
@@ -86,10 +86,9 @@ impl<'a> TileJob<'a> {
         visible: TileRect,
         turn: Option<Turn>,
         rounds: u32,
-        pixels: &mut [Pixel],
+        pixels: &mut Tile,
     ) -> RayCounts {
         let TileWorker { worker, camera, samples, sums } = worker;
-        let pixels: &mut [Pixel; TILE_PIXELS] = pixels.try_into().expect("a tile is stored whole");
         worker.counts = RayCounts::default();
         let pattern = pixel_pattern(if self.primary_only { 1 } else { self.frame.samples.max(1) }, rounds);
         let at_once = pattern.len() == 1 && rounds == 0;
@@ -97,47 +96,42 @@ impl<'a> TileJob<'a> {
         let size = Vec2::new(width as f32, height as f32);
         let last = [x + width - 1, y + height - 1];
         let from = |a: u32, b: u32| (i64::from(a) - i64::from(b)) as f32;
-        for packet in 0..PACKETS * PACKETS {
-            let [right, up] = [packet % PACKETS * PACKET_SIZE, packet / PACKETS * PACKET_SIZE];
-            let stored = [origin[0] + right, origin[1] + up];
+        for (packet, block) in (0..PACKETS * PACKETS).zip(&mut pixels.blocks) {
+            let stored = [origin[0] + packet % PACKETS * PACKET_SIZE, origin[1] + packet / PACKETS * PACKET_SIZE];
             let mask = visible_places(stored, visible) & turn.map_or(u64::MAX, |turn| turn.places(stored));
             if mask == 0 {
                 continue;
             }
             let pixel = [0, 1].map(|k| self.base[k] + stored[k] * self.step);
-            let first = (up * TILE_SIZE + right) as usize;
             for (i, &offset) in (0..).zip(&pattern) {
                 let number = rounds.wrapping_mul(pattern.len() as u32).wrapping_add(i);
                 let corner = Vec2::new(from(pixel[0], x), from(pixel[1], y));
                 let wanted = Wanted { pixel, corner, step: self.step, last, mask, number, offset };
                 if i == 0 {
                     // Written by the end of the packet: until then the lines are here.
-                    places(first, mask).for_each(|(_, at)| prefetch(&pixels[..], at));
+                    prefetch_at(block);
                 }
                 camera.aim(&self.scene.camera, self.level(), &wanted, size, self.aspect);
                 worker.samples(camera, self.cone, samples);
                 self.clear(samples, mask & !camera.mask);
                 if at_once {
-                    for (slot, at) in places(first, mask) {
-                        pixels[at] = look(samples.color(slot).to_array(), samples.seen(slot));
-                    }
+                    show(samples, mask, block);
                     continue;
                 }
-                for (slot, at) in places(first, mask) {
+                for slot in bits(mask) {
                     if i == 0 {
-                        pixels[at] = look(pixels[at].color, samples.seen(slot));
-                        sums[at] = Vec4::ZERO;
+                        block.set(slot, look(block.color(slot), samples.seen(slot)));
+                        sums[slot] = Vec4::ZERO;
                     }
-                    sums[at] += samples.color(slot);
+                    sums[slot] += samples.color(slot);
                 }
             }
             if !at_once {
-                for (_, at) in places(first, mask) {
-                    let color = sums[at] / pattern.len() as f32;
-                    let pixel = &mut pixels[at];
-                    let before = Vec4::from_array(pixel.color);
+                for slot in bits(mask) {
+                    let color = sums[slot] / pattern.len() as f32;
+                    let before = Vec4::from_array(block.color(slot));
                     let mean = if rounds == 0 { color } else { before + (color - before) / (rounds as f32 + 1.0) };
-                    pixel.color = mean.to_array();
+                    block.set_color(slot, mean.to_array());
                 }
             }
         }
@@ -152,7 +146,7 @@ impl<'a> TileJob<'a> {
     fn clear(&self, samples: &mut Samples, mask: u64) {
         if mask != 0 {
             let clear = Vec4::from_array(self.frame.clear_color);
-            places(0, mask).for_each(|(slot, _)| samples.set_clear(slot, clear));
+            bits(mask).for_each(|slot| samples.set_clear(slot, clear));
         }
     }
 }
@@ -171,27 +165,35 @@ fn visible_places(pixel: [u32; 2], visible: TileRect) -> u64 {
     })
 }
 
-/// Samples of `mask`, with their pixels in a tile in which the packet begins at pixel `first`.
+/// A packet is a block of the picture, sample by sample.
+const _: () = {
+    assert!(RayPacket::RAYS == BLOCK_PIXELS);
+    let mut slot = 0;
+    while slot < BLOCK_PIXELS {
+        let ([x, y], [column, row]) = (place(slot), block_place(slot));
+        assert!(x == column && y == row);
+        slot += 1;
+    }
+};
+
+/// Makes pixels what their samples are.
 #[inline(always)]
-fn places(first: usize, mut mask: u64) -> impl Iterator<Item = (usize, usize)> {
-    /// Of a packet that begins at pixel 0.
-    const PIXELS: [usize; RayPacket::RAYS] = {
-        let mut pixels = [0; RayPacket::RAYS];
-        let mut slot = 0;
-        while slot < RayPacket::RAYS {
-            let [x, y] = place(slot);
-            pixels[slot] = (y * TILE_SIZE + x) as usize;
-            slot += 1;
+fn show(samples: &Samples, mask: u64, block: &mut Block) {
+    if mask == u64::MAX {
+        let planes = samples.planes();
+        for (to, from) in block.color.iter_mut().zip(planes.color) {
+            *to = *from;
         }
-        pixels
-    };
-    std::iter::from_fn(move || {
-        (mask != 0).then(|| {
-            let slot = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            (slot, (first + PIXELS[slot]) % TILE_PIXELS)
-        })
-    })
+        block.depth = *planes.distance;
+        for (to, from) in block.normal.iter_mut().zip(planes.normal) {
+            *to = *from;
+        }
+        (block.object, block.instance) = (*planes.object, *planes.instance);
+    } else {
+        for slot in bits(mask) {
+            block.set(slot, look(samples.color(slot).to_array(), samples.seen(slot)));
+        }
+    }
 }
 
 /// Width over height of a viewport.

@@ -1,6 +1,6 @@
 //! From the nodes of a sub-sampled frame to its pixels, tile by tile and in parallel.
 
-use crate::frame::{Framebuffer, Lattice, TILE_PIXELS, TILE_SIZE, Target, TileRect};
+use crate::frame::{Framebuffer, Lattice, Target, TileRect};
 use crate::scene::{FrameDesc, Upsampling};
 use rayon::prelude::*;
 
@@ -18,16 +18,15 @@ pub fn upsample(
         Upsampling::Bilinear => Lattice::fill_bilinear,
         Upsampling::Midpoint => Lattice::fill_midpoint,
     };
-    picture.tiles_mut().0.par_chunks_mut(TILE_PIXELS).enumerate().for_each(|(index, pixels)| {
+    picture.tiles_mut().0.par_iter_mut().enumerate().for_each(|(index, tile)| {
         let rect = grid.rect(index);
         let visible = rect.intersection(viewport);
         if visible.is_empty() {
             return;
         }
-        fill(lattice, nodes, [rect.x0, rect.y0], visible, pixels);
+        fill(lattice, nodes, [rect.x0, rect.y0], visible, tile);
         if let Some(target) = target {
-            let color = |x, y| pixels[((y - rect.y0) * TILE_SIZE + x - rect.x0) as usize].color;
-            target.write_rect(visible, frame.srgb, color);
+            target.write_rect(visible, frame.srgb, |x, y| tile.color(x - rect.x0, y - rect.y0));
         }
     });
 }

@@ -48,7 +48,7 @@ pub use holes::Holes;
 pub use interaction::Interaction;
 pub use placed::Placed;
 pub use sampler::{Rng, pixel_pattern};
-pub use samples::Samples;
+pub use samples::{Planes, Samples};
 pub use shade_scene::{ShadeScene, compile_camera};
 pub use surface_use::SurfaceUse;
 pub use textures::TextureCache;

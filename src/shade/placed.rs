@@ -21,6 +21,8 @@ pub struct Placed {
     inverse_scale: f32,
     /// The largest factor by which the linear part can stretch a component.
     stretch: f32,
+    /// Everything in numbers, for [`super::points`]: the matrix (four columns), the cofactors (three), then orientation, inverse scale and stretch.
+    pub(super) numbers: [f32; 24],
 }
 
 impl Placed {
@@ -34,16 +36,24 @@ impl Placed {
             scaled.x_axis.cross(scaled.y_axis),
         );
         let determinant = scaled.x_axis.dot(cofactor.x_axis);
+        let orientation = if determinant < 0.0 { -1.0 } else { 1.0 };
+        // The scale of `cofactor` cancels but for one factor, as M is unscaled.
+        let inverse_scale = unscale / determinant.abs();
+        let stretch = (linear.x_axis.abs() + linear.y_axis.abs() + linear.z_axis.abs()).max_element();
+        let mut numbers = [0.0; 24];
+        numbers[..12].copy_from_slice(&world_from_object.to_cols_array());
+        numbers[12..21].copy_from_slice(&cofactor.to_cols_array());
+        numbers[21..].copy_from_slice(&[orientation, inverse_scale, stretch]);
         Self {
             world_from_object,
             cofactor,
-            orientation: if determinant < 0.0 { -1.0 } else { 1.0 },
+            orientation,
             linear_abs: abs(linear),
             cofactor_abs: abs(cofactor).transpose(),
             translation_abs: world_from_object.translation.abs(),
-            // The scale of `cofactor` cancels but for one factor, as M is unscaled.
-            inverse_scale: unscale / determinant.abs(),
-            stretch: (linear.x_axis.abs() + linear.y_axis.abs() + linear.z_axis.abs()).max_element(),
+            inverse_scale,
+            stretch,
+            numbers,
         }
     }
 
@@ -72,17 +82,6 @@ impl Placed {
         let reach = self.linear_abs * Vec3A::from(magnitude) + self.translation_abs;
         let back = self.linear_abs * (self.cofactor_abs * reach) * self.inverse_scale;
         Vec3::from(if back.is_finite() { back.max(reach) } else { reach })
-    }
-
-    /// Everything in numbers, for [`super::points`]: the matrix (four columns), the cofactors (three), then orientation, inverse
-    /// scale and stretch.
-    #[inline]
-    pub(super) fn numbers(&self) -> [f32; 24] {
-        let mut numbers = [0.0; 24];
-        numbers[..12].copy_from_slice(&self.world_from_object.to_cols_array());
-        numbers[12..21].copy_from_slice(&self.cofactor.to_cols_array());
-        numbers[21..].copy_from_slice(&[self.orientation, self.inverse_scale, self.stretch]);
-        numbers
     }
 
     /// The largest factor by which a component of an object-space vector can grow.

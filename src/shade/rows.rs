@@ -1,6 +1,6 @@
 //! Numbers of up to 64 samples in rows of eight lanes, and records that lanes look up by a key.
 
-use crate::simd::LANES;
+use crate::simd::{Isa, LANES, Proof};
 use crate::trace::RayPacket;
 use glam::Vec3;
 
@@ -11,6 +11,8 @@ pub(super) const GROUPS: usize = SLOTS / LANES;
 
 /// A number per sample; sample `s` is lane `s % 8` of row `s / 8`.
 pub(super) type Rows = [[f32; LANES]; GROUPS];
+/// An integer per sample.
+pub(super) type Words = [[u32; LANES]; GROUPS];
 /// A vector per sample.
 pub(super) type Rows3 = [Rows; 3];
 
@@ -64,6 +66,31 @@ impl<const N: usize> Held<N> {
         Self { keys: [u32::MAX; LANES], rows: [[0.0; LANES]; N] }
     }
 
+    /// [`Held::hold`] of many numbers, that are there already.
+    #[inline(always)]
+    pub fn hold_wide<'r, I: Isa>(&mut self, isa: Proof<I>, keys: &[u32; LANES], record: impl Fn(u32) -> &'r [f32; N]) {
+        const { assert!(N.is_multiple_of(LANES)) };
+        if self.keys == *keys {
+            return;
+        }
+        self.keys = *keys;
+        if *keys == [keys[0]; LANES] {
+            for (row, &number) in self.rows.iter_mut().zip(record(keys[0])) {
+                isa.splat(number).store(row);
+            }
+            return;
+        }
+        for (k, rows) in self.rows.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+            let mut records = [isa.splat(0.0); LANES];
+            for (of_lane, &key) in records.iter_mut().zip(keys) {
+                *of_lane = isa.load(&record(key).as_chunks().0[k]);
+            }
+            for (row, lanes) in rows.iter_mut().zip(isa.transposed(records)) {
+                lanes.store(row);
+            }
+        }
+    }
+
     #[inline(always)]
     pub fn hold(&mut self, keys: &[u32; LANES], record: impl Fn(u32) -> [f32; N]) {
         if self.keys == *keys {
@@ -89,6 +116,36 @@ impl<const N: usize> Held<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::{Level, WideKernel, run_wide};
+
+    /// Holds records of many numbers, one set of keys after the other.
+    struct Hold<'a>(&'a [[u32; LANES]], &'a [[f32; 16]]);
+
+    impl WideKernel for Hold<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<I: Isa>(self, isa: Proof<I>) {
+            let mut held = Held::<16>::new();
+            for keys in self.0 {
+                held.hold_wide(isa, keys, |key| &self.1[key as usize]);
+                for (l, &key) in keys.iter().enumerate() {
+                    for k in 0..16 {
+                        assert_eq!(held.rows[k][l], self.1[key as usize][k]);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_lane_holds_the_many_numbers_of_its_key() {
+        let records: Vec<[f32; 16]> = (0..10).map(|i| std::array::from_fn(|k| (16 * i + k) as f32)).collect();
+        let keys = [[3; 8], [3, 3, 4, 3, 3, 5, 3, 3], [3; 8], [9, 3, 4, 4, 4, 5, 5, 9], [4; 8]];
+        for level in Level::available() {
+            run_wide(level, Hold(&keys, &records));
+        }
+    }
 
     #[test]
     fn every_lane_holds_the_record_of_its_key() {

@@ -10,16 +10,19 @@
 //! added in their order. Shadow rays are batched where they can only answer yes or no (no surface of the frame is
 //! see-through).
 //!
-//! What it gave, one thread of a busy AVX2 machine, 640x480 with one lamp, as rays per second of whole frames over those of the same
-//! rays in batches (`cargo bench --bench peers -- frames`): ten robots by `raycast` 0.29 → 0.80 (60 → 23 ms), by `whitted` 0.37 → 0.84; a cloth
-//! 0.40 → 0.78 and 0.46 → 0.90. Runs differ by a tenth. What is left of these frames: tracing 68 %, hit points 11 (half of it fetching corners of
-//! triangles), pixels 10 (mostly waiting for the memory that they go to), sorting hits by surface 6, camera rays, lights and sums 5.
-//! Steps, robots by `raycast`: eight at a time 0.29 → 0.57; corners of all rows fetched before the first point is computed, triangles and pixels
-//! prefetched 0.70; no stores of single lanes, and a loop of its own for pixels that are written once 0.80.
+//! What it gave, one thread of an AVX2 machine, 640x480 with one lamp, as rays per second of whole frames over those of the same
+//! rays in batches (`cargo bench --bench peers -- frames`): eight at a time instead of one by one, robots by `raycast` 0.29 → 0.57; corners of all rows fetched
+//! before the first point is computed 0.70; no stores of single lanes 0.80. Batches became 1.3 times as fast since, and frames, a third of which was not tracing,
+//! fell to 0.60 (18.1 ms; `whitted` 0.72; a cloth 0.66 and 0.75). They are at 0.70 and 0.79, the cloth at 0.76 and 0.84, since:
 //!
-//! Since then batches have become 1.3 times as fast, frames 1.2 times, as what is not tracing has not: robots 0.60 by `raycast` and 0.72 by `whitted`, the cloth 0.65 and
-//! 0.74. A third of these frames is no tracing: shading 17 %, pixels 9 (of which half waits for their memory: 40 bytes each, more than the caches hold),
-//! sorting hits by surface 7.
+//! * Pixels are kept number by number (`frame::block`), in the order of samples: a packet is copied by rows. 10 % of a frame were 4.
+//! * Hits are turned to rows at once, so distances and names are pixels as they are, also those of rays that hit nothing ([`Points::take`]).
+//! * Instances of one surface are known before the frame ([`ShadeScene::look`]): sorting hits by surface takes 7 % no more, but 3.
+//! * Corners come as vectors of four coordinates, eight are transposed. Points are laid row by row, and then normals made unit vectors row by row: one row
+//!   after the other, each waited for its own division, root and division; that alone made a frame 5 % faster.
+//!
+//! Tried without gain: to ask for vertices as soon as their numbers are known (prefetches cost what they save).
+//! What is left beside tracing of a frame of robots by `raycast`: fetching corners 8 %, points 6, pixels 4, camera rays 3.5, light 3.5, surfaces and sums 4.
 
 use crate::shade::camera_packet::CameraPacket;
 use crate::shade::footprint::Cone;
@@ -28,7 +31,7 @@ use crate::shade::light_packet::LightPoint;
 use crate::shade::lighting::{Lighting, Shadows};
 use crate::shade::materials::Materials;
 use crate::shade::points::Points;
-use crate::shade::rows::{Rows, Rows3, SLOTS, ZEROS, set_vec3, vec3};
+use crate::shade::rows::{GROUPS, Rows, Rows3, SLOTS, ZEROS, set_vec3, vec3};
 use crate::shade::sampler::Rng;
 use crate::shade::worker::{BUDGET, Bounce, Sample, Seen, Worker};
 use crate::simd::{LANES, bits};
@@ -38,14 +41,25 @@ use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 /// What the samples of a packet have become; of those that had no ray it means nothing.
 pub struct Samples {
     color: [Rows; 4],
+    /// Those that have seen nothing have no instance.
     points: Points,
-    /// The samples that have seen something.
-    seen: u64,
 }
+
+/// Each number of all samples by itself. Those that have seen nothing have distance ∞, normal 0, object 0 and instance `u32::MAX`.
+pub struct Planes<'a> {
+    pub color: [&'a [f32; SLOTS]; 4],
+    pub distance: &'a [f32; SLOTS],
+    pub normal: [&'a [f32; SLOTS]; 3],
+    pub object: &'a [u32; SLOTS],
+    pub instance: &'a [u32; SLOTS],
+}
+
+/// The instance of samples that have seen nothing, as that of [`Hit::none`].
+const NO_INSTANCE: u32 = u32::MAX;
 
 impl Samples {
     pub fn new() -> Self {
-        Self { color: [ZEROS; 4], points: Points::new(), seen: 0 }
+        Self { color: [ZEROS; 4], points: Points::new() }
     }
 
     /// See [`Sample::color`].
@@ -59,18 +73,32 @@ impl Samples {
     #[inline]
     pub fn seen(&self, slot: usize) -> Option<Seen> {
         let points = &self.points;
-        (self.seen >> slot & 1 == 1).then(|| Seen {
-            distance: points.distance[slot / LANES][slot % LANES],
+        let (g, l) = (slot / LANES, slot % LANES);
+        (points.instance[g][l] != NO_INSTANCE).then(|| Seen {
+            distance: points.distance[g][l],
             normal: vec3(&points.normal, slot),
-            object: points.object[slot],
-            instance: points.instance[slot],
+            object: points.object[g][l],
+            instance: points.instance[g][l],
         })
+    }
+
+    /// Everything at once.
+    #[inline]
+    pub fn planes(&self) -> Planes<'_> {
+        let Self { color: [r, g, b, a], points } = self;
+        let [x, y, z] = &points.normal;
+        Planes {
+            color: [plane(r), plane(g), plane(b), plane(a)],
+            distance: plane(&points.distance),
+            normal: [plane(x), plane(y), plane(z)],
+            object: plane(&points.object),
+            instance: plane(&points.instance),
+        }
     }
 
     /// A sample that saw nothing but `color`.
     pub fn set_clear(&mut self, slot: usize, color: Vec4) {
-        self.set_color(slot, color);
-        self.seen &= !(1 << slot);
+        self.set(slot, Sample { color, seen: None });
     }
 
     fn set_color(&mut self, slot: usize, color: Vec4) {
@@ -82,14 +110,20 @@ impl Samples {
 
     fn set(&mut self, slot: usize, sample: Sample) {
         self.set_color(slot, sample.color);
-        if let Some(seen) = sample.seen {
-            self.seen |= 1 << slot;
-            self.points.distance[slot / LANES][slot % LANES] = seen.distance;
-            set_vec3(&mut self.points.normal, slot, seen.normal);
-            self.points.object[slot] = seen.object;
-            self.points.instance[slot] = seen.instance;
-        }
+        const NOTHING: Seen = Seen { distance: f32::INFINITY, normal: Vec3::ZERO, object: 0, instance: NO_INSTANCE };
+        let seen = sample.seen.unwrap_or(NOTHING);
+        let (g, l) = (slot / LANES, slot % LANES);
+        self.points.distance[g][l] = seen.distance;
+        set_vec3(&mut self.points.normal, slot, seen.normal);
+        self.points.object[g][l] = seen.object;
+        self.points.instance[g][l] = seen.instance;
     }
+}
+
+/// Rows as one.
+#[inline(always)]
+fn plane<T>(rows: &[[T; LANES]; GROUPS]) -> &[T; SLOTS] {
+    rows.as_flattened().first_chunk().expect("rows of eight")
 }
 
 impl Default for Samples {
@@ -146,7 +180,6 @@ impl<'a> Worker<'a> {
 
     /// As [`Worker::samples`], one by one without `together`.
     fn samples_by(&mut self, camera: &CameraPacket, cone: Cone, samples: &mut Samples, together: Option<Together>) {
-        samples.seen = 0;
         if camera.mask == 0 {
             return;
         }
@@ -180,10 +213,11 @@ impl<'a> Worker<'a> {
         let (scene, level) = (self.scene, self.tracer.world().level());
         let mut batch = self.batch.take().unwrap_or_default();
         let Batch { materials, sum, .. } = &mut *batch;
-        let hit = materials.sort(scene, hits, camera.mask);
+        let hit = samples.points.take(level, hits, camera.mask);
+        materials.sort(scene, &samples.points, hit);
         let lit = materials.lit;
         if lit != 0 {
-            samples.points.find(level, scene, &camera.rays, hits, lit, together.shadows);
+            samples.points.find(level, scene, &camera.rays, lit, together.shadows);
             for slot in bits(materials.textured) {
                 let it = samples.points.interaction(scene, &camera.rays, hits, slot, first.cone);
                 let base = materials.phong(scene, slot).base(&it, &scene.textures);
@@ -203,7 +237,6 @@ impl<'a> Worker<'a> {
                 self.phong_lit(materials.phong(scene, slot), materials.base(slot), 1.0, vec3(sum, slot), &it, first);
             samples.set_color(slot, self.end((Vec3::ZERO + layer.xyz()).extend(1.0)).color);
         }
-        samples.seen = lit;
         self.batch = Some(batch);
         if together.sky.is_some() { lit | camera.mask & !hit } else { lit }
     }

@@ -19,6 +19,9 @@ use crate::trace::{Hit, Ray};
 use glam::{Vec3, Vec4};
 use std::sync::OnceLock;
 
+/// The [look](ShadeScene::look) of instances that have several.
+pub(super) const MANY: u32 = u32::MAX;
+
 /// Everything that shading reads during one frame.
 pub struct ShadeScene<'a> {
     instances: &'a [Instance],
@@ -26,6 +29,8 @@ pub struct ShadeScene<'a> {
     meshes: Vec<Option<&'a Mesh>>,
     /// Of each instance that a ray of this frame has hit.
     placed: Vec<OnceLock<Box<Placed>>>,
+    /// See [`ShadeScene::look`].
+    looks: Vec<u32>,
     /// Number 0 is the default surface.
     surfaces: Vec<Surface>,
     surface_of: NameTable,
@@ -54,7 +59,7 @@ impl<'a> ShadeScene<'a> {
             }
             last.1
         };
-        let meshes = frame.instances.iter().map(mesh).collect();
+        let meshes: Vec<_> = frame.instances.iter().map(mesh).collect();
         let placed = frame.instances.iter().map(|_| OnceLock::new()).collect();
 
         let mut surfaces = vec![Surface::default()];
@@ -68,6 +73,17 @@ impl<'a> ShadeScene<'a> {
         let surface_of = NameTable::new(names.iter().copied());
         let is_see_through = |name| surface_of.get(name).is_some_and(|index| surfaces[index as usize].is_see_through());
         let see_through = surfaces.iter().any(Surface::is_see_through) && used.any(scene, frame, is_see_through);
+
+        let mut last: (Name, u32) = (0, MANY);
+        let look = |(instance, mesh): (&Instance, &Option<&Mesh>)| {
+            if instance.object != last.0 {
+                let coloured = mesh.is_some_and(|mesh| !mesh.colors.is_empty());
+                let number = used.only(scene, instance.object).map(|name| surface_of.get(name).unwrap_or(0));
+                last = (instance.object, number.map_or(MANY, |number| number << 1 | u32::from(coloured)));
+            }
+            last.1
+        };
+        let looks = frame.instances.iter().zip(&meshes).map(look).collect();
 
         let mut lights = Vec::new();
         let mut ambient = Vec3::ZERO;
@@ -84,6 +100,7 @@ impl<'a> ShadeScene<'a> {
             instances: &frame.instances,
             meshes,
             placed,
+            looks,
             surfaces,
             surface_of,
             lights,
@@ -118,6 +135,13 @@ impl<'a> ShadeScene<'a> {
     #[inline]
     pub(super) fn surface_number(&self, name: Name) -> u32 {
         self.surface_of.get(name).unwrap_or(0)
+    }
+
+    /// What is the same for all triangles of an instance: twice the number of their surface, and 1 if vertices have colours. [`MANY`] where they
+    /// have several surfaces.
+    #[inline(always)]
+    pub(super) fn look(&self, instance: u32) -> u32 {
+        self.looks[instance as usize]
     }
 
     #[inline]

@@ -1,5 +1,6 @@
 //! Which shaders the triangles of an object have: what decides whether shadow rays of a frame may meet something that
-//! lets them pass. One such shader that no object of the frame uses must not put all shadow rays on the slow path.
+//! lets them pass. One such shader that no object of the frame uses must not put all shadow rays on the slow path. And where all triangles have
+//! one shader, nobody has to look up which.
 
 use crate::scene::{FrameDesc, Name, Object, Scene};
 use std::collections::HashMap;
@@ -12,8 +13,10 @@ pub struct SurfaceUse {
 
 struct Used {
     topology_version: u64,
-    /// Each once.
+    /// Each once, but 0, which is the default.
     names: Vec<Name>,
+    /// That of all triangles, if it is one.
+    only: Option<Name>,
 }
 
 impl Used {
@@ -27,7 +30,14 @@ impl Used {
             }
             last = name;
         }
-        Self { topology_version: object.topology_version, names }
+        let of_triangle = &object.mesh.shader_of_triangle;
+        let listed = of_triangle.len() >= object.mesh.triangles.len();
+        let only = match names[..] {
+            [] => Some(0),
+            [name] => (listed && !of_triangle.contains(&0)).then_some(name),
+            _ => None,
+        };
+        Self { topology_version: object.topology_version, names, only }
     }
 }
 
@@ -35,7 +45,6 @@ impl SurfaceUse {
     /// Whether an instance of the frame has a triangle with a shader for which `wanted` holds; shader 0, the default, is
     /// not asked for.
     pub fn any(&mut self, scene: &Scene, frame: &FrameDesc, wanted: impl Fn(Name) -> bool) -> bool {
-        self.shaders.retain(|name, _| scene.objects.contains_key(name));
         // Neighbours in the list are often instances of one object.
         let mut last = 0;
         frame.instances.iter().any(|instance| {
@@ -44,12 +53,24 @@ impl SurfaceUse {
             }
             last = instance.object;
             let Some(object) = scene.objects.get(&instance.object) else { return false };
-            let used = self.shaders.entry(instance.object).or_insert_with(|| Used::of(object));
-            if used.topology_version != object.topology_version {
-                *used = Used::of(object);
-            }
-            used.names.iter().any(|&name| wanted(name))
+            self.of(scene, instance.object, object).names.iter().any(|&name| wanted(name))
         })
+    }
+
+    /// The shader that all triangles of an object have, if it is one; None as well for an object that is not there.
+    pub fn only(&mut self, scene: &Scene, name: Name) -> Option<Name> {
+        scene.objects.get(&name).and_then(|object| self.of(scene, name, object).only)
+    }
+
+    fn of(&mut self, scene: &Scene, name: Name, object: &Object) -> &Used {
+        if self.shaders.len() > scene.objects.len() {
+            self.shaders.retain(|name, _| scene.objects.contains_key(name));
+        }
+        let used = self.shaders.entry(name).or_insert_with(|| Used::of(object));
+        if used.topology_version != object.topology_version {
+            *used = Used::of(object);
+        }
+        used
     }
 }
 
@@ -81,5 +102,24 @@ mod tests {
         assert!(!any(&scene, &[1], 7) && any(&scene, &[1, 1, 9, 2], 7));
         define(&mut scene, 2, &[8]);
         assert!(!any(&scene, &[1, 2], 7) && any(&scene, &[1, 2], 8));
+    }
+
+    #[test]
+    fn one_shader_of_all_triangles_is_known() {
+        let mut scene = Scene::default();
+        let mut used = SurfaceUse::default();
+        let mut only = |shaders: &[Name], triangles| {
+            let mesh =
+                Mesh { shader_of_triangle: shaders.to_vec(), triangles: vec![[0, 1, 2]; triangles], ..Mesh::default() };
+            scene.apply(Command::DefineObject { name: 1, mesh, motion: Motion::Affine });
+            used.only(&scene, 1)
+        };
+        assert_eq!(only(&[], 3), Some(0));
+        assert_eq!(only(&[0, 0], 2), Some(0));
+        assert_eq!(only(&[4, 4, 4], 3), Some(4));
+        assert_eq!(only(&[4, 4, 5], 3), None);
+        assert_eq!(only(&[4, 0, 4], 3), None, "0 is the default shader");
+        assert_eq!(only(&[4, 4], 3), None, "triangles beyond the list have the default shader");
+        assert_eq!(used.only(&scene, 2), None);
     }
 }

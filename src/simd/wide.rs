@@ -7,7 +7,7 @@
 //! Against loops over arrays ([`super::run`]): those are the shorter where the compiler makes vectors of them, which it does not
 //! where a choice or a square root stands in a long body. Here nothing depends on its mood.
 
-use super::{Isa, Level, Scalar, Vector};
+use super::{Eight, Isa, Level, Scalar, Vector};
 use glam::Vec3;
 use std::marker::PhantomData;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -76,6 +76,15 @@ impl<I: Isa> Proof<I> {
         Wide(unsafe { I::F8::load(from) })
     }
 
+    /// Lane `i` of row `k` becomes lane `k` of row `i`.
+    #[inline(always)]
+    pub fn transposed(self, rows: [Wide<I>; LANES]) -> [Wide<I>; LANES] {
+        let [a, b, c, d, e, f, g, h] = rows;
+        // SAFETY: the proof.
+        let [a, b, c, d, e, f, g, h] = unsafe { I::F8::transpose([a.0, b.0, c.0, d.0, e.0, f.0, g.0, h.0]) };
+        [Wide(a), Wide(b), Wide(c), Wide(d), Wide(e), Wide(f), Wide(g), Wide(h)]
+    }
+
     /// The same vector in all lanes.
     #[inline(always)]
     pub fn splat3(self, v: Vec3) -> Wide3<I> {
@@ -94,6 +103,13 @@ impl<I: Isa> Wide<I> {
     pub fn store(self, to: &mut [f32; LANES]) {
         // SAFETY: a number exists only where there was a proof (here and below).
         unsafe { self.0.store(to) }
+    }
+
+    /// The bits of lanes that hold integers: loaded as numbers, and moved about only.
+    #[inline(always)]
+    pub fn store_bits(self, to: &mut [u32; LANES]) {
+        // SAFETY: as in `store`; any four bytes are a u32.
+        unsafe { self.0.store(&mut *to.as_mut_ptr().cast::<[f32; LANES]>()) }
     }
 
     #[inline(always)]
@@ -321,6 +337,39 @@ mod tests {
             a.abs().max_element().store(&mut others[1]);
             (a * b.x / b.y).length().store(&mut others[2]);
             to
+        }
+    }
+
+    /// Eight rows of integers, each moved to where the others have their lane.
+    struct Turn<'a>(&'a [[f32; LANES]; LANES]);
+
+    impl WideKernel for Turn<'_> {
+        type Output = [[u32; LANES]; LANES];
+
+        #[inline(always)]
+        fn run<I: Isa>(self, isa: Proof<I>) -> Self::Output {
+            let mut rows = [isa.splat(0.0); LANES];
+            for (row, from) in rows.iter_mut().zip(self.0) {
+                *row = isa.load(from);
+            }
+            let mut to = [[0; LANES]; LANES];
+            for (row, to) in isa.transposed(rows).into_iter().zip(&mut to) {
+                row.store_bits(to);
+            }
+            to
+        }
+    }
+
+    #[test]
+    fn integers_are_moved_bit_by_bit() {
+        // Among them NaNs of both kinds, denormals and all ones.
+        let integers: [[u32; LANES]; LANES] = std::array::from_fn(|k| {
+            std::array::from_fn(|i| [0x7f80_0001, 0xffff_ffff, 0xff80_0000, 1, 0x8000_0000][(8 * k + i) % 5] ^ k as u32)
+        });
+        let turned: [[u32; LANES]; LANES] = std::array::from_fn(|i| std::array::from_fn(|k| integers[k][i]));
+        for level in Level::available() {
+            let rows = integers.map(|row| row.map(f32::from_bits));
+            assert_eq!(run_wide(level, Turn(&rows)), turned, "{}", level.name());
         }
     }
 

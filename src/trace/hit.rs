@@ -4,6 +4,7 @@ use crate::accel::Merged;
 
 /// The closest hit of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Hit {
     /// Distance in units of the ray's direction.
     pub t: f32,
@@ -20,16 +21,27 @@ pub struct Hit {
 }
 
 impl Hit {
+    /// The members of hits in their order, the last three as bits: so that many hits can be turned to rows of lanes.
+    #[inline(always)]
+    pub fn numbers<const N: usize>(hits: &[Hit; N]) -> &[[f32; 6]; N] {
+        const { assert!(size_of::<Hit>() == 6 * size_of::<f32>() && align_of::<Hit>() == align_of::<f32>()) };
+        // SAFETY: a `Hit` is `repr(C)` of six members of four bytes, without padding; any four bytes are an f32.
+        unsafe { &*std::ptr::from_ref(hits).cast::<[[f32; 6]; N]>() }
+    }
+
+    /// [`Hit::prim`] of no hit.
+    pub const NOTHING: u32 = u32::MAX;
+
     /// No hit up to and including `tmax`: every hit with `t <= tmax` comes before it.
     #[inline]
     pub fn none(tmax: f32) -> Self {
-        Hit { t: tmax, u: 0.0, v: 0.0, prim: u32::MAX, object: 0, instance: u32::MAX }
+        Hit { t: tmax, u: 0.0, v: 0.0, prim: Self::NOTHING, object: 0, instance: u32::MAX }
     }
 
     /// Whether this is still what [`Hit::none`] gave.
     #[inline]
     pub fn is_none(&self) -> bool {
-        self.prim == u32::MAX
+        self.prim == Self::NOTHING
     }
 
     /// The rule that makes the closest hit unique: smaller `t`, then lower instance, then lower primitive.

@@ -9,7 +9,7 @@ use super::tracer::USUAL_LENGTH;
 use super::turns::Habits;
 use super::{Hit, PreparedRay, Ray, ray::MIN_DIRECTION};
 use crate::accel::MAX_COORDINATE;
-use crate::simd::{Eight, Isa, Vector, bits};
+use crate::simd::{Eight, Isa, Vector};
 use glam::{Affine3A, Vec3};
 
 /// Rays per SIMD vector.
@@ -269,8 +269,11 @@ impl Packet {
             usual
         };
         if !ANY {
-            for r in bits(mask) {
-                found.hits[r] = Hit::none(rays.tmax[r / LANES][r % LANES]);
+            // Those of lanes without a ray mean nothing.
+            for g in groups(mask) {
+                for (hit, &tmax) in found.hits[LANES * g..][..LANES].iter_mut().zip(&rays.tmax[g]) {
+                    *hit = Hit::none(tmax);
+                }
             }
         }
         mask & !usual
