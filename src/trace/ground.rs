@@ -24,6 +24,16 @@ pub(super) trait Ground: Blocks {
         Lead::Blocks
     }
 
+    /// [`Blocks::blocks`], of which the first is `at` an address.
+    ///
+    /// # Safety
+    /// - As there.
+    #[inline(always)]
+    unsafe fn blocks_at(&self, leaf: ChildRef, _at: *const u8) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
+        // SAFETY: the caller's promise.
+        unsafe { self.blocks(leaf) }
+    }
+
     /// Where nodes and blocks begin, and how many bytes a block takes.
     fn beginnings(&self) -> (*const Node8, *const u8, usize);
 }
@@ -66,6 +76,12 @@ impl Blocks for Plain<'_> {
 }
 
 impl Ground for Plain<'_> {
+    #[inline(always)]
+    unsafe fn blocks_at(&self, leaf: ChildRef, at: *const u8) -> impl Iterator<Item = impl Deref<Target = Tri4>> {
+        // SAFETY: the caller's promise.
+        unsafe { std::slice::from_raw_parts(at.cast::<Tri4>(), leaf.blocks().len()).iter() }
+    }
+
     #[inline(always)]
     fn beginnings(&self) -> (*const Node8, *const u8, usize) {
         (self.nodes.as_ptr(), self.blocks.as_ptr().cast(), size_of::<Tri4>())

@@ -12,6 +12,7 @@
 //! interleaved by hand (Kocberber, Falsafi, Grot, *Asynchronous Memory Access Chaining*, 2015). What a ray needs next is prefetched, and the others
 //! take their steps until it has come. The step of a node has no branch on what was hit: the nearest child is found by a minimum over lanes, the
 //! others are packed to the stack in the order of their lanes, and a ray goes to one list or another by adding 0 or 1 to their lengths.
+//! Lists are of addresses, a slot has its stack within it and the address that it goes to: a tenth of the instructions was to work these out from numbers.
 //!
 //! Where the others are popped, the nearest of them is not always first. That costs visits, no hits (hits do not depend on the order).
 //!
@@ -22,7 +23,7 @@
 //! Rows of planes known at compile time, per octant, give a tenth.
 //!
 //! *Tried*: children sorted as for one ray, with branches on how many were hit, and two of a node's four cache lines asked for, each a tenth
-//! slower in the soup; the second nearest child on top of the stack (fewer visits for more instructions, no gain); eight rays (a seventh slower); no
+//! slower in the soup; the second nearest child on top of the stack (fewer visits for more instructions, no gain); eight rays (a seventh slower), 12, 16 and 32 (2 to 3 %); no
 //! prefetching, in an earlier attempt (40 % slower than packets).
 //!
 //! # When
@@ -34,21 +35,22 @@
 //! To look again with one packet in 16 cost up to 8 %, as each batch began anew; so habits outlive a batch, and probes become rare.
 //!
 //! *Tried besides*: rays read where they are in the packet, rather than copied to the slot's own lines (8 % slower); lists chosen by number, a tenth fewer
-//! instructions, but lengths in memory (10 to 15 % slower, as each push waits for the last); packets that give the rays they leave behind to turns at their end (6 % faster
+//! instructions, but lengths in memory (10 to 15 % slower, as each push waits for the last); a branch for rays that hit no child of a node, one in twelve to twenty (a
+//! tenth fewer instructions, 5 to 8 % slower, as a wrong guess throws away the steps of others); packets that give the rays they leave behind to turns at their end (6 % faster
 //! than packets where those are many, and slower than turns from the root; 6 to 13 % slower where they are few, as hits come late).
 
 use super::ground::{Ground, Lead};
 use super::packet::{Found, GROUPS, LANES, Packet, RAYS, load3};
 use super::shells::Shells;
-use super::triangle4::{RayLanes, edges4};
+use super::triangle4::{Edges, RayLanes, edges4};
 use super::{Hit, PreparedRay, SLAB_PAD};
-use crate::accel::{ChildRef, Node8, WIDTH};
+use crate::accel::{ChildRef, Node8, Tri4, WIDTH};
 use crate::simd::{Eight, Isa, Vector, prefetch_at};
 use std::hint::select_unpredictable;
 use std::mem::{MaybeUninit, take};
 
 /// Rays at the same time.
-const SLOTS: usize = 16;
+const SLOTS: usize = 24;
 
 /// Children that a ray can leave behind. Those of very deep trees may leave more: such a ray starts over, alone. Few in unit tests, so that they
 /// see it happen.
@@ -116,7 +118,7 @@ impl Habits {
 }
 
 /// One ray on its way.
-#[repr(align(64))]
+#[repr(C, align(64))]
 struct Slot<I: Isa> {
     org: [f32; 3],
     tmin: f32,
@@ -124,6 +126,8 @@ struct Slot<I: Isa> {
     neg_inv_dir: [f32; 3],
     /// Distance of the best hit.
     best: f32,
+    /// Where the node or the first block of `current` is.
+    at: *const u8,
     current: ChildRef,
     /// Words on its stack.
     depth: u32,
@@ -131,14 +135,20 @@ struct Slot<I: Isa> {
     number: u32,
     ray: PreparedRay,
     lanes: RayLanes<I>,
+    /// Distances above, children below; written eight at a time.
+    stack: [MaybeUninit<u64>; STACK + WIDTH],
 }
 
-/// Lists of slots. No slot is in two of them, so there is room in each.
-struct Lists {
-    at_node: [u32; SLOTS],
-    at_leaf: [u32; SLOTS],
-    /// Those that go back to their stack.
-    back: [u32; SLOTS],
+/// A list of slots. No slot is in two of them, so there is room in each.
+type List<I> = [*mut Slot<I>; SLOTS];
+
+struct Lists<I: Isa> {
+    at_node: List<I>,
+    at_leaf: List<I>,
+    /// Those that hit no child, and go back to their stack.
+    missed: List<I>,
+    /// Those that have nothing left.
+    done: List<I>,
 }
 
 /// Their lengths, which are to stay in registers.
@@ -146,7 +156,8 @@ struct Lists {
 struct Lengths {
     at_node: usize,
     at_leaf: usize,
-    back: usize,
+    missed: usize,
+    done: usize,
 }
 
 /// Puts `slot` at the end of a list if `so` is 1 and not 0, without a branch.
@@ -154,7 +165,7 @@ struct Lengths {
 /// # Safety
 /// - There is room for one more.
 #[inline(always)]
-unsafe fn push_if(list: &mut [u32; SLOTS], len: &mut usize, slot: u32, so: usize) {
+unsafe fn push_if<I: Isa>(list: &mut List<I>, len: &mut usize, slot: *mut Slot<I>, so: usize) {
     // SAFETY: the caller's promise.
     unsafe { *list.get_unchecked_mut(*len) = slot };
     *len += so;
@@ -164,10 +175,11 @@ unsafe fn push_if(list: &mut [u32; SLOTS], len: &mut usize, slot: u32, so: usize
 struct Turns<'a, I: Isa, T> {
     tree: &'a T,
     root: ChildRef,
-    slots: [MaybeUninit<Slot<I>>; SLOTS],
-    /// Distances above, children below; written eight at a time.
-    stacks: [[MaybeUninit<u64>; STACK + WIDTH]; SLOTS],
-    lists: Lists,
+    /// See [`Ground::beginnings`].
+    nodes: *const u8,
+    blocks: *const u8,
+    block: usize,
+    lists: Lists<I>,
     /// Rays whose stack was too small, or that came where they cannot go on.
     stuck: u64,
 }
@@ -220,25 +232,32 @@ pub(super) unsafe fn take_turns<I: Shells, const ANY: bool, T: Ground>(
     numbers: (u32, u32),
     found: &mut Found,
 ) -> u64 {
+    let mut slots = [const { MaybeUninit::<Slot<I>>::uninit() }; SLOTS];
+    let slots = slots.as_mut_ptr().cast::<Slot<I>>();
+    let none = [slots; SLOTS];
+    let (nodes, blocks, block) = tree.beginnings();
     let mut turns = Turns::<I, T> {
         tree,
         root,
-        slots: [const { MaybeUninit::uninit() }; SLOTS],
-        stacks: [const { [const { MaybeUninit::uninit() }; STACK + WIDTH] }; SLOTS],
-        lists: Lists { at_node: [0; SLOTS], at_leaf: [0; SLOTS], back: [0; SLOTS] },
+        nodes: nodes.cast(),
+        blocks,
+        block,
+        lists: Lists { at_node: none, at_leaf: none, missed: none, done: none },
         stuck: 0,
     };
     let mut rest = mask;
     let mut ends = Lengths::default();
-    // SAFETY: the caller's promise. Slots are begun before they are put into a list.
+    // SAFETY: the caller's promise. Slots are begun before they are put into a list other than that of those that are done.
     unsafe {
-        for slot in 0..SLOTS as u32 {
-            if rest != 0 {
-                turns.begin(&mut ends, slot, packet, &mut rest, found);
-            }
+        for slot in 0..SLOTS {
+            push_if(&mut turns.lists.done, &mut ends.done, slots.add(slot), 1);
         }
         let octant = usize::from(down[0]) | usize::from(down[1]) << 1 | usize::from(down[2]) << 2;
-        while ends.at_node + ends.at_leaf + ends.back > 0 {
+        loop {
+            turns.begin(&mut ends, packet, &mut rest, found);
+            if ends.at_node + ends.at_leaf + ends.missed == 0 {
+                return turns.stuck;
+            }
             match octant {
                 0 => turns.nodes::<0>(&mut ends),
                 1 => turns.nodes::<1>(&mut ends),
@@ -250,46 +269,76 @@ pub(super) unsafe fn take_turns<I: Shells, const ANY: bool, T: Ground>(
                 _ => turns.nodes::<7>(&mut ends),
             }
             turns.leaves::<ANY>(&mut ends, numbers, found);
-            turns.stacks::<ANY>(&mut ends, packet, &mut rest, found);
+            for i in 0..take(&mut ends.missed) {
+                let slot = *turns.lists.missed.get_unchecked(i);
+                turns.back::<ANY>(&mut ends, slot);
+            }
         }
     }
-    turns.stuck
+}
+
+/// What the triangles of `block` that are `candidates` say. Returns whether the ray has finished.
+///
+/// Rare, and not inlined so that nothing of it is worked out beforehand.
+///
+/// # Safety
+/// - The processor has the instruction set `I`.
+#[inline(never)]
+unsafe fn resolve<I: Shells, const ANY: bool>(
+    slot: &mut Slot<I>,
+    block: &Tri4,
+    (candidates, edges): (u32, &Edges<I>),
+    numbers: (u32, u32),
+    found: &mut Found,
+) -> bool {
+    let number = slot.number as usize % RAYS;
+    // SAFETY: the caller's promise.
+    unsafe {
+        if ANY {
+            let none = &mut Hit::none(slot.best);
+            let is_hit = I::resolve::<true, _>(&slot.ray, block, candidates, edges, numbers, none);
+            if is_hit {
+                found.open &= !(1 << number);
+                slot.depth = 0;
+            }
+            return is_hit;
+        }
+        let best = &mut found.hits[number];
+        if I::resolve::<false, _>(&slot.ray, block, candidates, edges, numbers, best) {
+            slot.best = best.t;
+            found.t[number / LANES][number % LANES] = slot.best;
+        }
+        false
+    }
 }
 
 impl<I: Shells, T: Ground> Turns<'_, I, T> {
-    /// # Safety
-    /// - `slot` has begun.
-    #[inline(always)]
-    unsafe fn slot(&mut self, slot: u32) -> &mut Slot<I> {
-        // SAFETY: the caller's promise.
-        unsafe { self.slots.get_unchecked_mut(slot as usize).assume_init_mut() }
-    }
-
-    /// Puts the next ray of `rest` at the root.
+    /// Puts the next rays of `rest` at the root, in the slots that are done.
     ///
     /// # Safety
-    /// - The processor has the instruction set `I`; `rest` is not empty.
+    /// - The processor has the instruction set `I`.
     #[inline(always)]
-    unsafe fn begin(&mut self, ends: &mut Lengths, slot: u32, packet: &Packet, rest: &mut u64, found: &Found) {
-        let number = rest.trailing_zeros() as usize % RAYS;
-        *rest &= *rest - 1;
-        let best = found.t[number / LANES % GROUPS][number % LANES];
-        let ray = packet.ray(number, best);
-        // SAFETY: the caller's promise.
-        let lanes = unsafe { RayLanes::<I>::new(&ray) };
-        self.slots[slot as usize].write(Slot {
-            org: ray.org.to_array(),
-            tmin: ray.tmin,
-            neg_inv_dir: (-ray.inv_dir).to_array(),
-            best,
-            current: self.root,
-            depth: 0,
-            number: number as u32,
-            ray,
-            lanes,
-        });
-        // SAFETY: the slot is in no list.
-        unsafe { push_if(&mut self.lists.at_node, &mut ends.at_node, slot, 1) };
+    unsafe fn begin(&mut self, ends: &mut Lengths, packet: &Packet, rest: &mut u64, found: &Found) {
+        while ends.done != 0 && *rest != 0 {
+            ends.done -= 1;
+            let number = rest.trailing_zeros() as usize % RAYS;
+            *rest &= *rest - 1;
+            let best = found.t[number / LANES % GROUPS][number % LANES];
+            let ray = packet.ray(number, best);
+            // SAFETY: the caller's promise; the list has been written up to here, and what is in it is in no other; the fields are those of one slot.
+            unsafe {
+                let slot = *self.lists.done.get_unchecked(ends.done);
+                (*slot).org = ray.org.to_array();
+                (*slot).tmin = ray.tmin;
+                (*slot).neg_inv_dir = (-ray.inv_dir).to_array();
+                (*slot).best = best;
+                (*slot).depth = 0;
+                (*slot).number = number as u32;
+                (*slot).lanes = RayLanes::<I>::new(&ray);
+                (*slot).ray = ray;
+                self.send(ends, slot, self.root, true);
+            }
+        }
     }
 
     /// Sends a slot to `child` where `so`, and has that fetched.
@@ -297,21 +346,22 @@ impl<I: Shells, T: Ground> Turns<'_, I, T> {
     /// # Safety
     /// - `slot` has begun.
     #[inline(always)]
-    unsafe fn send(&mut self, ends: &mut Lengths, slot: u32, child: ChildRef, so: bool) {
+    unsafe fn send(&mut self, ends: &mut Lengths, slot: *mut Slot<I>, child: ChildRef, so: bool) {
         let so = usize::from(so);
         let leaf = usize::from(child.is_leaf()) & so;
+        // Where nothing was hit the child is any of the node's, or none: an address all the same.
+        let base = select_unpredictable(child.is_leaf(), self.blocks, self.nodes);
+        let size = select_unpredictable(child.is_leaf(), self.block, size_of::<Node8>());
+        let at = base.wrapping_add(child.blocks().start * size);
         // SAFETY: the caller's promise.
         unsafe {
-            self.slot(slot).current = child;
+            (*slot).current = child;
+            (*slot).at = at;
             push_if(&mut self.lists.at_leaf, &mut ends.at_leaf, slot, leaf);
             push_if(&mut self.lists.at_node, &mut ends.at_node, slot, so - leaf);
         }
-        // Where nothing was hit the child is any of the node's, or none: an address all the same.
-        let (nodes, blocks, block) = self.tree.beginnings();
-        let base: *const u8 = select_unpredictable(child.is_leaf(), blocks, nodes.cast());
-        let size = select_unpredictable(child.is_leaf(), block, size_of::<Node8>());
         // A node's four lines hold a block's three.
-        prefetch_at(base.wrapping_add(child.blocks().start * size).cast::<Node8>());
+        prefetch_at(at.cast::<Node8>());
     }
 
     /// A step of every ray at a node. Bit `k` of `DOWN`: directions are negative along axis `k`.
@@ -328,9 +378,8 @@ impl<I: Shells, T: Ground> Turns<'_, I, T> {
             unsafe {
                 // The list is written up to here at most.
                 let s = *self.lists.at_node.get_unchecked(i);
-                let tree = self.tree;
-                let node = tree.node(self.slot(s).current.index());
-                let slot = self.slot(s);
+                let slot = &mut *s;
+                let node = &*slot.at.cast::<Node8>();
                 let (mut enter, mut exit) = (I::F8::splat(slot.tmin), I::F8::splat(slot.best));
                 for (k, near) in near.into_iter().enumerate() {
                     let (org, inv) = (I::F8::splat(slot.org[k]), I::F8::splat(slot.neg_inv_dir[k]));
@@ -342,20 +391,14 @@ impl<I: Shells, T: Ground> Turns<'_, I, T> {
                 if depth > STACK {
                     // Nothing is lost of what it has found.
                     rarely();
-                    let number = slot.number;
-                    self.stuck |= 1 << number;
+                    self.stuck |= 1 << slot.number;
                     (mask, depth) = (0, 0);
                 }
                 let others = mask & !(1 << nearest);
-                let free = &mut *self
-                    .stacks
-                    .get_unchecked_mut(s as usize)
-                    .as_mut_ptr()
-                    .add(depth)
-                    .cast::<[MaybeUninit<u64>; WIDTH]>();
+                let free = &mut *slot.stack.as_mut_ptr().add(depth).cast::<[MaybeUninit<u64>; WIDTH]>();
                 enter.pack_words(&*(&raw const node.children).cast::<[u32; WIDTH]>(), others, free);
-                self.slot(s).depth = depth as u32 + others.count_ones();
-                push_if(&mut self.lists.back, &mut ends.back, s, usize::from(mask == 0));
+                slot.depth = depth as u32 + others.count_ones();
+                push_if(&mut self.lists.missed, &mut ends.missed, s, usize::from(mask == 0));
                 self.send(ends, s, *node.children.get_unchecked(nearest), mask != 0);
             }
         }
@@ -373,76 +416,54 @@ impl<I: Shells, T: Ground> Turns<'_, I, T> {
             // SAFETY: the caller's promise; a slot in a list has begun, and its leaf is one of the tree.
             unsafe {
                 let s = *self.lists.at_leaf.get_unchecked(i);
-                let leaf = self.slot(s).current;
-                let lead = tree.lead(leaf);
-                if let Lead::On(node) = lead {
-                    self.send(ends, s, node, true);
-                    continue;
-                }
-                push_if(&mut self.lists.back, &mut ends.back, s, 1);
-                if let Lead::Elsewhere = lead {
-                    rarely();
-                    let slot = self.slot(s);
-                    slot.depth = 0;
-                    let number = slot.number;
-                    self.stuck |= 1 << number;
-                    continue;
-                }
-                let slot = self.slot(s);
-                let number = slot.number as usize % RAYS;
-                for block in tree.blocks(leaf) {
-                    let block = &*block;
-                    let Some((candidates, edges)) = edges4(&slot.lanes, block) else { continue };
-                    if ANY {
-                        let none = &mut Hit::none(slot.best);
-                        if I::resolve::<true, _>(&slot.ray, block, candidates, &edges, numbers, none) {
-                            found.open &= !(1 << number);
-                            slot.depth = 0;
-                            break;
+                let slot = &mut *s;
+                let leaf = slot.current;
+                match tree.lead(leaf) {
+                    Lead::On(node) => {
+                        self.send(ends, s, node, true);
+                        continue;
+                    }
+                    Lead::Elsewhere => {
+                        rarely();
+                        slot.depth = 0;
+                        self.stuck |= 1 << slot.number;
+                    }
+                    Lead::Blocks => {
+                        for block in tree.blocks_at(leaf, slot.at) {
+                            let block = &*block;
+                            let Some((candidates, edges)) = edges4(&slot.lanes, block) else { continue };
+                            if resolve::<I, ANY>(slot, block, (candidates, &edges), numbers, found) {
+                                break;
+                            }
                         }
-                    } else if I::resolve::<false, _>(
-                        &slot.ray,
-                        block,
-                        candidates,
-                        &edges,
-                        numbers,
-                        &mut found.hits[number],
-                    ) {
-                        slot.best = found.hits[number].t;
-                        found.t[number / LANES][number % LANES] = slot.best;
                     }
                 }
+                self.back::<ANY>(ends, s);
             }
         }
     }
 
-    /// What every ray that goes back has left. Slots whose ray has nothing left take the next one of `rest`.
+    /// Sends a slot to what it has left.
     ///
     /// # Safety
-    /// - The processor has the instruction set `I`.
+    /// - `slot` has begun.
     #[inline(always)]
-    unsafe fn stacks<const ANY: bool>(&mut self, ends: &mut Lengths, packet: &Packet, rest: &mut u64, found: &Found) {
-        let count = take(&mut ends.back);
-        for i in 0..count {
-            // SAFETY: the caller's promise; a slot in a list has begun, and what is below `depth` was written.
-            unsafe {
-                let s = *self.lists.back.get_unchecked(i);
-                let slot = self.slot(s);
-                let (limit, mut depth) = (slot.best * SLAB_PAD, slot.depth as usize);
-                loop {
-                    if depth == 0 {
-                        if *rest != 0 {
-                            self.begin(ends, s, packet, rest, found);
-                        }
-                        break;
-                    }
-                    depth -= 1;
-                    let word = self.stacks.get_unchecked(s as usize).get_unchecked(depth).assume_init();
-                    if ANY || f32::from_bits((word >> 32) as u32) <= limit {
-                        self.slot(s).depth = depth as u32;
-                        self.send(ends, s, ChildRef::from_bits(word as u32), true);
-                        break;
-                    }
+    unsafe fn back<const ANY: bool>(&mut self, ends: &mut Lengths, s: *mut Slot<I>) {
+        // SAFETY: the caller's promise; what is below `depth` was written.
+        unsafe {
+            let slot = &mut *s;
+            let (limit, mut depth) = (slot.best * SLAB_PAD, slot.depth as usize);
+            loop {
+                if depth == 0 {
+                    push_if(&mut self.lists.done, &mut ends.done, s, 1);
+                    return;
+                }
+                depth -= 1;
+                let word = slot.stack.get_unchecked(depth).assume_init();
+                if ANY || f32::from_bits((word >> 32) as u32) <= limit {
+                    slot.depth = depth as u32;
+                    self.send(ends, s, ChildRef::from_bits(word as u32), true);
+                    return;
                 }
             }
         }
