@@ -163,12 +163,17 @@ impl Packet {
     }
 
     /// Takes in `rays[which[0]], rays[which[1]], …`, at most 64 and at least one. Lanes beyond, up to the end of a group, repeat the
-    /// last one.
+    /// last one. Returns those whose direction is too long or too short, as [`Packet::take_in`].
     ///
     /// # Safety
     /// - The processor has the instruction set `I`.
     #[inline(always)]
-    pub(super) unsafe fn gather<I: Isa, const ANY: bool>(&mut self, found: &mut Found, rays: &[Ray], which: &[u16]) {
+    pub(super) unsafe fn gather<I: Isa, const ANY: bool>(
+        &mut self,
+        found: &mut Found,
+        rays: &[Ray],
+        which: &[u16],
+    ) -> u64 {
         let count = which.len();
         assert!((1..=RAYS).contains(&count), "a packet has 1 to 64 rays");
         for (g, run) in which.chunks(LANES).enumerate() {
@@ -178,8 +183,13 @@ impl Packet {
                 self.store::<I, ANY>(found, g, rows);
             }
         }
+        let mask = u64::MAX >> (RAYS - count);
         // SAFETY: the caller's promise.
-        unsafe { self.begin::<I>(found, u64::MAX >> (RAYS - count)) };
+        unsafe {
+            let usual = self.usual::<I>(mask);
+            self.begin::<I>(found, usual);
+            mask & !usual
+        }
     }
 
     /// Takes in `rays`, at most 64 and at least one. Returns whether their directions are of usual length (see [`super::tracer`]) and have the

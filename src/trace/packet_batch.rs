@@ -6,10 +6,13 @@
 //!
 //! Measured on the bumpy sphere (1.3 million triangles) and a cloth, AVX2: packets of 16, 32 and 64 camera rays 9.8, 11.2 and 11.6
 //! Mrays/s. Runs of 1024 to 4096 are alike. Sorting by the longest axis as well, within runs of 4096, made bounces 5 to 15 % slower: it tears
-//! neighbours apart. Rays come in by transposing eight at a time, and so do their octants: of a camera ray's instructions that was a sixth when each
-//! was asked for its octant and sorted, and is a fourteenth now.
+//! neighbours apart. Rays come in by transposing eight at a time: of a camera ray's instructions that was a sixth when each was asked for its octant
+//! and sorted, and is a fourteenth now. Octants of those that are sorted are the signs of one vector per ray, and whether a direction is of usual length is asked in the packet.
+//!
+//! *Tried*, for bounces that take turns ([`super::turns`]): all rays of an octant in a run at once, without packets, so that no slot waits for the last rays of
+//! a packet. A twentieth slower: to prepare rays one at a time costs as much as packets do.
 
-use super::packet::{LANES, RAYS, is_usual, spread, transposed};
+use super::packet::RAYS;
 use super::packet_scene::{Scratch, traverse};
 use super::shells::Shells;
 use super::turns::Habits;
@@ -26,9 +29,8 @@ thread_local! {
     static HABITS: Cell<[[Habits; 2]; 2]> = const { Cell::new(Habits::NONE) };
 }
 
-/// In the place of an octant: a ray that is left out, and one that has been traced.
-const UNUSUAL: u8 = 8;
-const TRACED: u8 = 9;
+/// In the place of an octant: a ray that has been traced.
+const TRACED: u8 = 8;
 
 /// Calls `answer(i, hit)` for every ray of usual length (see `Tracer`); with `ANY`, `hit` only tells whether something was hit. Returns whether all are.
 ///
@@ -60,9 +62,9 @@ pub(super) unsafe fn trace_many<I: Shells, const ANY: bool>(
                 octants.fill(TRACED);
             } else {
                 all_traced = false;
-                for (rays, octants) in neighbours.chunks(LANES).zip(octants.chunks_exact_mut(LANES)) {
+                for (ray, octant) in neighbours.iter().zip(octants) {
                     // SAFETY: the caller's promise.
-                    octants.copy_from_slice(&unsafe { octants_of::<I>(rays) });
+                    *octant = unsafe { octant_of::<I>(ray) };
                 }
             }
         }
@@ -84,17 +86,20 @@ pub(super) unsafe fn trace_many<I: Shells, const ANY: bool>(
             order[*at % RUN] = i;
             *at += 1;
         }
-        all_usual &= counts[usize::from(UNUSUAL)] == 0;
         let mut start = 0;
-        for &end in &next[..usize::from(UNUSUAL)] {
+        for &end in &next[..usize::from(TRACED)] {
             for which in order[start..end].chunks(RAYS) {
                 // SAFETY: the caller's promise.
-                unsafe {
-                    scratch.world.gather::<I, ANY>(&mut scratch.found, rays, which);
+                let unusual = unsafe {
+                    let unusual = scratch.world.gather::<I, ANY>(&mut scratch.found, rays, which);
                     traverse::<I, ANY>(world, kernels, &mut scratch);
-                }
+                    unusual
+                };
+                all_usual &= unusual == 0;
                 for (slot, &i) in which.iter().enumerate() {
-                    answer(RUN * run + usize::from(i), scratch.answer::<ANY>(slot));
+                    if unusual >> slot & 1 == 0 {
+                        answer(RUN * run + usize::from(i), scratch.answer::<ANY>(slot));
+                    }
                 }
             }
             start = end;
@@ -113,21 +118,15 @@ fn seem_alike(rays: &[Ray]) -> bool {
     of_first == signs(last) && of_first == signs(&rays[rays.len() / 2])
 }
 
-/// 0 to 7 by the signs of the direction, or [`UNUSUAL`], of up to eight rays.
+/// 0 to 7 by the signs of the direction.
 ///
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-unsafe fn octants_of<I: Isa>(rays: &[Ray]) -> [u8; LANES] {
+unsafe fn octant_of<I: Isa>(ray: &Ray) -> u8 {
+    let Ray { dir, tmax, .. } = *ray;
     // SAFETY: the caller's promise.
-    unsafe {
-        let [_, _, _, _, x, y, z, _] = transposed::<I>(rays);
-        let zero = I::F8::splat(0.0);
-        let octants = spread(x.lt(zero)) | (spread(y.lt(zero)) << 1) | (spread(z.lt(zero)) << 2);
-        let unusual = spread(!is_usual::<I>([x, y, z]) & 0xff);
-        let usual = octants & !(7 * unusual);
-        (usual | (unusual * u64::from(UNUSUAL))).to_le_bytes()
-    }
+    unsafe { (I::F4::load(&[dir.x, dir.y, dir.z, tmax]).lt(I::F4::splat(0.0)) & 7) as u8 }
 }
 
 #[cfg(test)]
