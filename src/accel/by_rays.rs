@@ -9,7 +9,7 @@
 //! lost   = SLOWER · time of rays
 //! ```
 //!
-//! Where more is saved than lost, it is right whatever the rays did; where not, no more than `lost`, an eighth of a frame, can have been missed. So a wrong guess is
+//! Where more is saved than lost, it is right whatever the rays did; where not, no more than `lost`, a seventh of a frame, can have been missed. So a wrong guess is
 //! cheap, and the rule needs no trial: it begins with the first move. As long as no refit has been timed, it is taken from the time of the build.
 //!
 //! To begin costs three refits once (the tree is cut, not built: 50 ns per triangle, mostly of memory touched first); to end costs a build. So it begins at once if it surely pays, and ends when
@@ -26,12 +26,12 @@ use super::rotate::half_areas;
 
 /// Fewer triangles are not worth it.
 pub(super) const LARGE: u64 = 8192;
-/// By how much longer rays need: a tenth in bodies close by, up to a seventh (see [`super::lazy`]).
-const SLOWER: f64 = 0.125;
+/// By how much longer rays need: a twelfth where they are many and stay together, a fifth where they are few (see [`super::lazy`]).
+const SLOWER: f64 = 0.15;
 /// What is saved has to be so many times what is lost at most, to begin.
 const SURE: f64 = 1.25;
 /// Of the time of a refit: the boxes before the first ray, an update by rays, building fast.
-const BOXES: f64 = 0.1;
+const BOXES: f64 = 0.06;
 const TOUCH: f64 = 0.5;
 const FAST_BUILD: f64 = 4.0;
 /// A build with care takes so many times as long as a refit.
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn objects_are_left_to_rays_where_rays_are_few() {
-        // 20 ms saved less 2 for boxes and 5 for the half that is seen, against an eighth of 40 ms and of 160 ms.
+        // 20 ms saved less 1.2 for boxes and 5 for the half that is seen, against a seventh of 40 ms and of 160 ms.
         assert!(balance().decide(0.040, &stakes(None)));
         assert!(!balance().decide(0.160, &stakes(None)));
         assert!(!balance().decide(0.0, &stakes(None)), "without the time of rays nothing is known");
@@ -240,7 +240,7 @@ mod tests {
     fn it_ends_when_the_loss_would_have_bought_a_build() {
         let mut balance = balance();
         assert!(balance.decide(0.040, &stakes(None)));
-        // A ninth of 490 ms is lost in a frame, 8 ms are saved, a build costs 80.
+        // An eighth of 490 ms is lost in a frame, 9 ms are saved, a build costs 80.
         let frames = (0..10).take_while(|_| balance.decide(0.500, &stakes(Some(1.0)))).count();
         assert_eq!(frames, 1);
         // And as long as it pays now and then, never.

@@ -5,12 +5,15 @@ use super::bvh::BLOCK;
 use super::lazy_cut::LazyBlock;
 use super::memory::{ask, copied};
 use crate::scene::Mesh;
-use crate::simd::{FewPlaces, few_place_of};
+use crate::simd::{FewPlaces, few_place_of, prefetch};
 
 /// The vertices of a block, each once or more often, from the first of its segment on; or [`MANY`] if there are more than eight, or some are too far from it.
 ///
 /// What is read of a block to write its box: a quarter of it, as four triangles that are neighbours have six vertices, and not twelve.
 pub(super) type Outline = FewPlaces;
+
+/// Blocks between asking for triangles and numbering their corners.
+const AHEAD: usize = 6;
 
 /// No place is odd.
 pub(super) const MANY: Outline = [u16::MAX; 8];
@@ -83,7 +86,11 @@ impl Distinct {
         outlines: &mut [Outline],
     ) -> Result<Vec<u32>, OutOfMemory> {
         self.begin(blocks.len() * BLOCK * 3)?;
-        for (block, outline) in blocks.iter_mut().zip(outlines) {
+        for (i, outline) in outlines.iter_mut().enumerate() {
+            for prim in blocks.get(i + AHEAD).map_or([0; BLOCK], |later| later.prims) {
+                prefetch(&mesh.triangles, prim as usize);
+            }
+            let block = &mut blocks[i];
             for (lane, &prim) in block.prims.iter().enumerate() {
                 if lane > 0 && prim == block.prims[lane - 1] {
                     // The block is not full.
@@ -101,6 +108,8 @@ impl Distinct {
 }
 
 /// The outline of a block, if it has one.
+///
+/// *Tried*: comparisons of whole vectors without branches. The cut took a seventh longer: a vector cannot be loaded at once from where one of its places has just been stored.
 fn outline_of(corners: &[[u32; BLOCK]; 3]) -> Option<Outline> {
     let [first, ..] = *corners.as_flattened() else { return None };
     let mut outline = [few_place_of(first as usize)?; 8];
