@@ -12,11 +12,12 @@
 //! Where more is saved than lost, it is right whatever the rays did; where not, no more than `lost`, a seventh of a frame, can have been missed. So a wrong guess is
 //! cheap, and the rule needs no trial: it begins with the first move. As long as no refit has been timed, it is taken from the time of the build.
 //!
-//! To begin costs three refits once (the tree is cut, not built: 50 ns per triangle, mostly of memory touched first); to end costs a build. So it begins at once if it surely pays, and ends when
+//! To begin costs five to six refits once (the tree is cut, not built: 90 ns per triangle beside other work, a third of it for memory touched first and given back, two fifths for numbering corners); to end costs a build. So it begins at once if it surely pays, and ends when
 //! what has been lost since it last paid would have bought the build, which at worst doubles the loss (the rule of those who rent skis).
 //!
 //! *Measured* (`peers -- dynamic --strategy lazy,rotate`, 19 frames, one thread, update and trace): nine bodies 1.04 times what it takes to leave them to rays from
-//! the first frame on, 0.92 of rotations; crowd 1.06 of the former. Over 6 and 3 frames the cut is not earned back: 1.25 and 1.33 times the best in one run.
+//! the first frame on, 0.92 of rotations; crowd 1.06 of the former. Over 6 and 3 frames the cut is not earned back: 1.23 and 1.42 times the best in one run.
+//! Not to begin there would be no better: bodies that are refit with rotations take 1.15 to 1.2 times the best, however many frames follow.
 //!
 //! The decision is one for all objects that rays met and that have moved as a whole. Each leaves again on its own if it wears ([`ByRays`]): nothing is sorted in such a
 //! tree. Of all that can be looked at only what rays had updated is, an eighth of it per frame, and the top.

@@ -15,14 +15,14 @@
 //! 1.5 GHz: one triangle per leaf, from 3n vertices. Ours has several per leaf, eight children per node and boxes in lanes, and takes 13 ns, some 45 cycles. Rays have
 //! not become as much faster: at 10x10 the paper's refit takes 4.5 times as long as its rays, ours 3 times; at 5x5 it is 1.2 and 1.0.
 //!
-//! * *Update*, 11 to 12 times cheaper beside other work, 14 to 15 times in a program of its own: 3 of 4 vertices are loaded in runs. With all in the second cache that alone would be a third of
-//!   the time; the rest is waiting for vertices that another thread has just written. Larger subtrees share fewer vertices, and are touched more (56% of those of 4096 instead of 33% at 10x10).
-//! * *What rays update*: they reach 45% of the subtrees at 5x5 and 33% at 10x10, at 0.7 to 0.8 of what a refit takes per triangle. If that cost nothing the ratios would
-//!   be what the verdict says, 1.45 and 2.45 to 2.8: about the goals.
-//! * *Rays* gather corners where a refit has laid them out, which costs them a fifth to a quarter; to lay them out for all that is touched costs more (`accel/lazy_write`).
+//! * *Update*, 14 to 19 times cheaper beside other work (five quick runs; 19 to 25 times in a program of its own): 3 of 4 vertices are loaded in runs. The rest is waiting for vertices that another thread has just written.
+//!   Subtrees of 2048 share fewer vertices than those of 1024 (12 to 15 times in that program), and are touched more: 55% of all nodes instead of 37% at 10x10. In total both are alike.
+//! * *What rays update*: they reach 66% of the nodes at 5x5 and 55% at 10x10, at half of what a refit takes per triangle: 1200 bytes to and fro per node, which memory gives no faster. If that cost nothing the ratios would
+//!   be what the verdict says, 1.5 to 1.7 and 2.9 to 3.6: above the goals. At 10x10 rays need a seventh of the nodes (subtrees of 64), but each subtree costs 0.5 µs to begin (`accel/lazy`).
+//! * *Rays* gather corners where a refit has laid them out, which costs them a seventh, and go from subtree to subtree, a twentieth or more. To lay corners out for all that is touched costs more (`accel/lazy_write`), and to ask for
+//!   the vertices of all leaves at hand before the first of them is tested gave nothing: it is instructions, not waiting.
 //!
-//! With all that the mean frame is 1.20 times as fast at 5x5, 1.6 to 1.8 times at 10x10, and 0.9 to 1.0 times at 1x1 (paper: 1.49, 2.63, 0.996), in two quick runs beside other work. Before rays of lazy trees took turns, runs, and
-//! short lists for leaves, runs between those gave 1.02, 1.4 and 0.9.
+//! With all that the mean frame is 1.22 to 1.32 times as fast at 5x5, 1.8 to 1.95 times at 10x10, and 0.9 to 1.0 times at 1x1 (paper: 1.49, 2.63, 0.996), in five quick runs beside other work.
 //!
 //! Best and worst are each method's own least and most.
 
