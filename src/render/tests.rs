@@ -201,6 +201,14 @@ fn check(what: &str, w: &World) -> u32 {
                     samples.seen(slot).map(|s| (bits(s.normal.to_array()), s.distance.to_bits(), s.object, s.instance))
                 };
                 assert_eq!(seen(together), seen(alone), "seen: {}", place());
+                // Also of samples that saw nothing, since pixels are copied as they are.
+                let pixel = |samples: &Samples| {
+                    let planes = samples.planes();
+                    let color = planes.color.map(|plane| plane[slot].to_bits());
+                    let (distance, normal) = (planes.distance[slot], planes.normal.map(|plane| plane[slot]));
+                    (color, distance.to_bits(), bits(normal), planes.object[slot], planes.instance[slot])
+                };
+                assert_eq!(pixel(together), pixel(alone), "pixel: {}", place());
             }
             assert_eq!(workers[0].counts, workers[1].counts, "rays: {what}, packet {number}");
             shaded += workers[0].lit_together();

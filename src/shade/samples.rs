@@ -13,11 +13,11 @@
 //! What it gave, one thread of an AVX2 machine, 640x480 with one lamp, as rays per second of whole frames over those of the same
 //! rays in batches (`cargo bench --bench peers -- frames`): eight at a time instead of one by one, robots by `raycast` 0.29 → 0.57; corners of all rows fetched
 //! before the first point is computed 0.70; no stores of single lanes 0.80. Batches became 1.3 times as fast since, and frames, a third of which was not tracing,
-//! fell to 0.60 (18.1 ms; `whitted` 0.72; a cloth 0.66 and 0.75). They are at 0.70 and 0.79, the cloth at 0.76 and 0.84, since:
+//! fell to 0.60 (18.1 ms; `whitted` 0.72; a cloth 0.66 and 0.75). They are at 0.71 and 0.78, the cloth at 0.75 and 0.82, since:
 //!
 //! * Pixels are kept number by number (`frame::block`), in the order of samples: a packet is copied by rows. 10 % of a frame were 4.
 //! * Hits are turned to rows at once, so distances and names are pixels as they are, also those of rays that hit nothing ([`Points::take`]).
-//! * Instances of one surface are known before the frame ([`ShadeScene::look`]): sorting hits by surface takes 7 % no more, but 3.
+//! * Instances of one surface are known before the frame ([`ShadeScene::look`]): sorting hits by surface takes 7 % no more, but 4.
 //! * Corners come as vectors of four coordinates, eight are transposed. Points are laid row by row, and then normals made unit vectors row by row: one row
 //!   after the other, each waited for its own division, root and division; that alone made a frame 5 % faster.
 //!
