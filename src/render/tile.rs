@@ -7,13 +7,13 @@
 //! packets still, of rays that are farther apart.
 
 use super::frameless::Turn;
-use crate::frame::{BLOCK_PIXELS, Block, Pixel, TILE_SIZE, Tile, TileRect, block_place};
+use crate::frame::{BLOCK_PIXELS, Block, NO_INSTANCE, Pixel, TILE_SIZE, Tile, TileRect, block_place};
 use crate::scene::{FrameDesc, Viewport};
 use crate::shade::{
     CameraPacket, Cone, PACKET_SIZE, RayCounts, Samples, Seen, ShadeScene, Wanted, Worker, pixel_pattern, place,
 };
 use crate::simd::{Level, bits, prefetch_at};
-use crate::trace::{RayPacket, Tracer};
+use crate::trace::{Hit, RayPacket, Tracer};
 use glam::{Vec2, Vec4};
 
 /// What all tiles of a frame share.
@@ -165,9 +165,9 @@ fn visible_places(pixel: [u32; 2], visible: TileRect) -> u64 {
     })
 }
 
-/// A packet is a block of the picture, sample by sample.
+/// A packet is a block of the picture, sample by sample, and what has no instance says so in the same way.
 const _: () = {
-    assert!(RayPacket::RAYS == BLOCK_PIXELS);
+    assert!(RayPacket::RAYS == BLOCK_PIXELS && Hit::NO_INSTANCE == NO_INSTANCE);
     let mut slot = 0;
     while slot < BLOCK_PIXELS {
         let ([x, y], [column, row]) = (place(slot), block_place(slot));

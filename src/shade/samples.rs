@@ -45,7 +45,7 @@ pub struct Samples {
     points: Points,
 }
 
-/// Each number of all samples by itself. Those that have seen nothing have distance ∞, normal 0, object 0 and instance `u32::MAX`.
+/// Each number of all samples by itself. Those that have seen nothing have distance ∞, normal 0, object 0 and instance [`Hit::NO_INSTANCE`].
 pub struct Planes<'a> {
     pub color: [&'a [f32; SLOTS]; 4],
     pub distance: &'a [f32; SLOTS],
@@ -53,9 +53,6 @@ pub struct Planes<'a> {
     pub object: &'a [u32; SLOTS],
     pub instance: &'a [u32; SLOTS],
 }
-
-/// The instance of samples that have seen nothing, as that of [`Hit::none`].
-const NO_INSTANCE: u32 = u32::MAX;
 
 impl Samples {
     pub fn new() -> Self {
@@ -74,7 +71,7 @@ impl Samples {
     pub fn seen(&self, slot: usize) -> Option<Seen> {
         let points = &self.points;
         let (g, l) = (slot / LANES, slot % LANES);
-        (points.instance[g][l] != NO_INSTANCE).then(|| Seen {
+        (points.instance[g][l] != Hit::NO_INSTANCE).then(|| Seen {
             distance: points.distance[g][l],
             normal: vec3(&points.normal, slot),
             object: points.object[g][l],
@@ -110,7 +107,8 @@ impl Samples {
 
     fn set(&mut self, slot: usize, sample: Sample) {
         self.set_color(slot, sample.color);
-        const NOTHING: Seen = Seen { distance: f32::INFINITY, normal: Vec3::ZERO, object: 0, instance: NO_INSTANCE };
+        const NOTHING: Seen =
+            Seen { distance: f32::INFINITY, normal: Vec3::ZERO, object: 0, instance: Hit::NO_INSTANCE };
         let seen = sample.seen.unwrap_or(NOTHING);
         let (g, l) = (slot / LANES, slot % LANES);
         self.points.distance[g][l] = seen.distance;

@@ -31,11 +31,13 @@ impl Hit {
 
     /// [`Hit::prim`] of no hit.
     pub const NOTHING: u32 = u32::MAX;
+    /// [`Hit::instance`] of no hit.
+    pub const NO_INSTANCE: u32 = u32::MAX;
 
     /// No hit up to and including `tmax`: every hit with `t <= tmax` comes before it.
     #[inline]
     pub fn none(tmax: f32) -> Self {
-        Hit { t: tmax, u: 0.0, v: 0.0, prim: Self::NOTHING, object: 0, instance: u32::MAX }
+        Hit { t: tmax, u: 0.0, v: 0.0, prim: Self::NOTHING, object: 0, instance: Self::NO_INSTANCE }
     }
 
     /// Whether this is still what [`Hit::none`] gave.

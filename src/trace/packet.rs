@@ -59,6 +59,14 @@ impl Found {
         Self { t: [[0.0; LANES]; GROUPS], hits: [Hit::none(0.0); RAYS], open: 0, habits: Habits::NONE }
     }
 
+    /// The rays of group `g` have no hits yet, up to `tmax`.
+    #[inline(always)]
+    fn clear_hits(&mut self, g: usize, tmax: &[f32; LANES]) {
+        for (hit, &tmax) in self.hits[LANES * g..][..LANES].iter_mut().zip(tmax) {
+            *hit = Hit::none(tmax);
+        }
+    }
+
     /// Those of packets whose directions `differ` much or do not.
     #[inline(always)]
     pub(super) fn habits<const ANY: bool>(&mut self, differ: bool) -> &mut Habits {
@@ -105,7 +113,7 @@ pub(super) unsafe fn splat3<I: Isa>(v: [f32; 3]) -> [I::F8; 3] {
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-pub(super) unsafe fn transposed<I: Isa>(rays: &[Ray]) -> [I::F8; 8] {
+unsafe fn transposed<I: Isa>(rays: &[Ray]) -> [I::F8; 8] {
     // SAFETY: the caller's promise.
     unsafe { transposed_by::<I>(rays.len(), |l| &rays[l]) }
 }
@@ -131,7 +139,7 @@ unsafe fn transposed_by<'a, I: Isa>(count: usize, ray: impl Fn(usize) -> &'a Ray
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-pub(super) unsafe fn is_usual<I: Isa>([x, y, z]: [I::F8; 3]) -> u32 {
+unsafe fn is_usual<I: Isa>([x, y, z]: [I::F8; 3]) -> u32 {
     // SAFETY: the caller's promise.
     unsafe {
         let longest = x.abs().max(y.abs().max(z.abs()));
@@ -183,13 +191,8 @@ impl Packet {
                 self.store::<I, ANY>(found, g, rows);
             }
         }
-        let mask = u64::MAX >> (RAYS - count);
         // SAFETY: the caller's promise.
-        unsafe {
-            let usual = self.usual::<I>(mask);
-            self.begin::<I>(found, usual);
-            mask & !usual
-        }
+        unsafe { self.begin_usual::<I>(found, u64::MAX >> (RAYS - count)) }
     }
 
     /// Takes in `rays`, at most 64 and at least one. Returns whether their directions are of usual length (see [`super::tracer`]) and have the
@@ -230,9 +233,8 @@ impl Packet {
             tmax.store(&mut found.t[g]);
         }
         if !ANY {
-            for (hit, &tmax) in found.hits[LANES * g..][..LANES].iter_mut().zip(&found.t[g]) {
-                *hit = Hit::none(tmax);
-            }
+            let tmax = found.t[g];
+            found.clear_hits(g, &tmax);
         }
     }
 
@@ -263,7 +265,7 @@ impl Packet {
         mask: u64,
     ) -> u64 {
         // SAFETY: the caller's promise.
-        let usual = unsafe {
+        unsafe {
             for g in groups(mask) {
                 for k in 0..3 {
                     self.org[k][g] = rays.org[k][g];
@@ -273,20 +275,27 @@ impl Packet {
                 // Of lanes without a ray, so that they do not hold up the farthest distance of all.
                 let tmax = I::F8::load(&rays.tmax[g]).select_bits(I::F8::splat(0.0), (mask >> (LANES * g)) as u32);
                 tmax.store(&mut found.t[g]);
-            }
-            let usual = self.usual::<I>(mask);
-            self.begin::<I>(found, usual);
-            usual
-        };
-        if !ANY {
-            // Those of lanes without a ray mean nothing.
-            for g in groups(mask) {
-                for (hit, &tmax) in found.hits[LANES * g..][..LANES].iter_mut().zip(&rays.tmax[g]) {
-                    *hit = Hit::none(tmax);
+                if !ANY {
+                    // Those of lanes without a ray mean nothing.
+                    found.clear_hits(g, &rays.tmax[g]);
                 }
             }
+            self.begin_usual::<I>(found, mask)
         }
-        mask & !usual
+    }
+
+    /// [`Packet::begin`] with those rays of `mask` whose directions are of usual length. Returns the others.
+    ///
+    /// # Safety
+    /// - The processor has the instruction set `I`.
+    #[inline(always)]
+    unsafe fn begin_usual<I: Isa>(&mut self, found: &mut Found, mask: u64) -> u64 {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let usual = self.usual::<I>(mask);
+            self.begin::<I>(found, usual);
+            mask & !usual
+        }
     }
 
     /// The rays of `mask` are taken in: those with an interval that is not empty begin to search. For triangle tests they are to be

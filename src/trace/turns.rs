@@ -1,9 +1,10 @@
 //! Rays that share nothing take turns in one 8-wide tree: a step of one, then a step of another.
 //!
 //! ```text
-//! turn: leaves → test the triangles of every ray that has come to a leaf
-//!       stacks → those that have finished a leaf, or hit no child, go back to what they left; new rays take the place of those at their end
+//! turn: done   → new rays take the place of those at their end
 //!       nodes  → every ray at a node tests all children, goes to the nearest, and leaves the others on its stack
+//!       leaves → every ray at a leaf tests its triangles and goes back to what it left
+//!       missed → those that hit no child go back likewise
 //! ```
 //!
 //! The next node of one ray is known only when the boxes of this one have been tested: some forty cycles from address to address, or hundreds if
@@ -23,7 +24,7 @@
 //! Rows of planes known at compile time, per octant, give a tenth.
 //!
 //! *Tried*: children sorted as for one ray, with branches on how many were hit, and two of a node's four cache lines asked for, each a tenth
-//! slower in the soup; the second nearest child on top of the stack (fewer visits for more instructions, no gain); eight rays (a seventh slower), 12, 16 and 32 (2 to 3 %); no
+//! slower in the soup; the second nearest child on top of the stack (fewer visits for more instructions, no gain); eight rays (a seventh slower), 12, 16 and 32 (a few per cent); no
 //! prefetching, in an earlier attempt (40 % slower than packets).
 //!
 //! # When
