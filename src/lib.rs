@@ -5,12 +5,13 @@
 //! This file is the map. Data flows through the rooms in this order, and a room uses only those after it:
 //!
 //! ```text
-//! C call → capi → api → backend → render → (accel, trace, shade) → frame → pixels
+//! C call → capi → (load) → api → backend → render → (accel, trace, shade) → frame → pixels
 //! ```
 //!
 //! | room | what lives there |
 //! |---|---|
 //! | [`capi`] | the `extern "C"` functions of `<openrt/rt.h>`, one file per group |
+//! | `load` | readers of scene files, which define objects, lights and cameras in a [`Context`]; feature `load` |
 //! | [`api`] | the state machine in safe Rust: [`Context`], errors, names, matrix stack, begin/end |
 //! | [`backend`] | who executes the commands: this process |
 //! | [`render`] | the conductor of one frame: update structures, trace and shade tiles, deliver pixels |
@@ -23,6 +24,8 @@
 
 pub mod api;
 pub mod capi;
+#[cfg(feature = "load")]
+pub mod load;
 
 pub mod backend;
 pub mod render;

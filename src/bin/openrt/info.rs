@@ -1,7 +1,7 @@
 //! `openrt info`: what is in a scene, counted with included files expanded.
 
 use crate::args::InfoArgs;
-use crate::scene::{Deform, Projection, SceneFile, TextureData};
+use openrt::load::{Deform, Projection, SceneFile, TextureData};
 use std::io::{self, Write};
 
 pub fn run(args: &InfoArgs, out: &mut impl Write) -> Result<(), String> {

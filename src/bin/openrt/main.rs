@@ -1,20 +1,18 @@
 //! `openrt`: looks at, renders and plays scene files, through the public API of the library only.
 //!
-//! Files become a [`scene::SceneFile`] (`loaders`), which `player` gives to the library; `play` and `info` are the
+//! Files become a [`SceneFile`], which `player` gives to the library; `play` and `info` are the
 //! commands. Exit codes: 0 done, 1 the scene or the rendering failed, 2 the command line is wrong.
 #![forbid(unsafe_code)]
 
 mod args;
 mod info;
-mod loaders;
 mod output;
 mod play;
 mod player;
-mod scene;
-mod upload;
 
 use args::{Cli, Command, SceneArgs};
 use clap::Parser;
+use openrt::load::{ReadOptions, SceneFile, read_with};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -33,8 +31,8 @@ fn main() -> ExitCode {
 }
 
 /// Loads a scene and shows what was odd about it.
-fn load(args: &SceneArgs) -> Result<scene::SceneFile, String> {
-    let scene = loaders::load(&args.scene, args.detail).map_err(|e| e.to_string())?;
+fn load(args: &SceneArgs) -> Result<SceneFile, String> {
+    let scene = read_with(&args.scene, &ReadOptions { detail: args.detail }).map_err(|e| e.to_string())?;
     for warning in &scene.warnings {
         eprintln!("warning: {warning}");
     }

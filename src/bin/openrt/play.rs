@@ -5,9 +5,9 @@
 use crate::args::{FrameRange, Options, PlayArgs, RenderArgs, SceneArgs, Size};
 use crate::output::{Output, Picture};
 use crate::player::Player;
-use crate::scene::{Animation, SceneFile};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use openrt::api::FrameStats;
+use openrt::load::{Animation, SceneFile};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -97,8 +97,10 @@ fn frame_time(scene: &SceneFile, frame: u32) -> Result<f64, String> {
 }
 
 fn player(scene: SceneFile, options: &Options, size: Size) -> Result<Player, String> {
+    let shown = scene.warnings.len();
     let player = Player::new(scene, options, (size.width, size.height))?;
-    for warning in &player.warnings {
+    // Those of reading were shown before.
+    for warning in player.warnings().iter().skip(shown) {
         eprintln!("warning: {warning}");
     }
     Ok(player)

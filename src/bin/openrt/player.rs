@@ -1,30 +1,20 @@
 //! Plays a scene file through the library: objects and shaders once, placements and moving vertices per frame.
 //!
-//! Everything goes through [`openrt::Context`], as any application would do it: materials become shaders of the class
-//! `phong`, every object is compiled once, and each frame instantiates the visible ones with their matrices of that time.
+//! What the file holds is defined and placed by [`LoadedScene`]; this adds what the command line says.
 
 use crate::args::{Interpolation, Options, Renderer, Switch};
-use crate::scene::{Background, Camera, Deform, Deformed, LightKind, Pose, Projection, SceneFile, View};
-use crate::upload::{Placed, ShaderMaker, decode, define, texture};
-use glam::{DMat4, DVec3, Vec3};
+use glam::DVec3;
 use openrt::Context;
 use openrt::api::{
-    Capability, Config, Error, FrameParameter, FrameStats, Motion, Name, ObjectParameter, PixelFormat, PixelKind,
-    Upsampling,
+    Capability, Config, Error, FrameParameter, FrameStats, ObjectParameter, PixelFormat, PixelKind, Upsampling,
 };
+use openrt::load::{Camera, LoadedScene, Parts, Pose, Projection, SceneFile, View};
 
 pub struct Player {
     context: Context,
-    scene: SceneFile,
-    /// Parallel to `scene.objects`.
-    objects: Vec<Placed>,
-    /// Shader and class of each of `scene.lights`.
-    lights: Vec<Name>,
-    ambient: Option<Name>,
+    scene: LoadedScene,
     camera: CameraChoice,
     aspect: f64,
-    /// Oddities met while objects were made.
-    pub warnings: Vec<String>,
 }
 
 /// The scene's camera with what the command line replaces.
@@ -37,100 +27,24 @@ struct CameraChoice {
 
 impl Player {
     /// Gives everything that persists to the library.
-    pub fn new(scene: SceneFile, options: &Options, size: (u32, u32)) -> Result<Self, String> {
+    pub fn new(file: SceneFile, options: &Options, size: (u32, u32)) -> Result<Self, String> {
         let config = options.threads.map_or_else(Config::default, |n| Config::with_threads(usize::from(n)));
-        let context = Context::with_config(config).map_err(|e| e.to_string())?;
+        let mut context = Context::with_config(config).map_err(|e| e.to_string())?;
+        let srgb = options.srgb.map_or(file.srgb, |s| s == Switch::On);
+        set_up(&mut context, options, size, srgb).map_err(|e| e.to_string())?;
+        let scene = LoadedScene::define(&mut context, file).map_err(|e| e.to_string())?;
+        if let Some(strategy) = options.strategy {
+            for object in scene.objects() {
+                context.object_parameter(object, ObjectParameter::Strategy(strategy)).map_err(|e| e.to_string())?;
+            }
+        }
         let camera = CameraChoice::new(&scene, options);
-        let aspect = f64::from(size.0) / f64::from(size.1);
-        let mut player = Self {
-            context,
-            scene,
-            objects: Vec::new(),
-            lights: Vec::new(),
-            ambient: None,
-            camera,
-            aspect,
-            warnings: Vec::new(),
-        };
-        player.set_up(options, size).map_err(|e| e.to_string())?;
-        Ok(player)
+        Ok(Self { context, scene, camera, aspect: f64::from(size.0) / f64::from(size.1) })
     }
 
-    fn set_up(&mut self, options: &Options, (width, height): (u32, u32)) -> Result<(), Error> {
-        let mut shaders = ShaderMaker::default();
-        let srgb = options.srgb.map_or(self.scene.srgb, |s| s == Switch::On);
-        let context = &mut self.context;
-        context.set_frame_size(width, height)?;
-        context.enable(Capability::OriginTopLeft)?;
-        if srgb {
-            context.enable(Capability::FramebufferSrgb)?;
-        }
-        context.samples_per_pixel(i32::from(options.samples))?;
-        context.max_depth(i32::from(options.depth))?;
-        context.frame_parameter(FrameParameter::Subsampling(i32::from(options.subsampling)))?;
-        context.frame_parameter(FrameParameter::Upsampling(match options.upsampling {
-            Interpolation::Bilinear => Upsampling::Bilinear,
-            Interpolation::Midpoint => Upsampling::Midpoint,
-        }))?;
-        context.frame_parameter(FrameParameter::Frameless(i32::from(options.frameless)))?;
-        context.frame_parameter(FrameParameter::TimeBudget(options.time_budget))?;
-        let renderer = shaders.make(context, options.renderer.class())?;
-        if options.renderer == Renderer::Whitted && options.shadows == Switch::Off {
-            let handle = context.parameter_handle("shadows")?;
-            context.parameter_i(handle, &[0])?;
-        }
-        context.use_rendering_object(renderer)?;
-        match self.scene.background {
-            Background::Color(color) => context.clear_color(color.extend(1.0).to_array())?,
-            Background::Sky => {
-                let sky = shaders.make(context, "gradient")?;
-                context.use_environment_shader(sky)?;
-            }
-        }
-        let textures = self.textures()?;
-        let context = &mut self.context;
-        let mut surfaces = Vec::new();
-        for material in &self.scene.materials {
-            surfaces.push(shaders.surface(context, material, &textures)?);
-        }
-        for light in &self.scene.lights {
-            self.lights.push(shaders.light(context, light.kind, light.color)?);
-        }
-        // Without lights the library puts a lamp at the eye, which an ambient light would switch off.
-        if !self.lights.is_empty() && self.scene.ambient != Vec3::ZERO {
-            let ambient = shaders.make(context, "ambient")?;
-            shaders.floats(context, "color", &self.scene.ambient.to_array())?;
-            self.ambient = Some(ambient);
-        }
-        let moving = self.scene.moving_nodes();
-        for object in &self.scene.objects {
-            let motion = match object.deform {
-                Deform::Rigid if moving[object.node as usize] => Motion::Affine,
-                Deform::Rigid => Motion::Static,
-                _ => Motion::Unstructured,
-            };
-            let placed = define(context, object, motion, &surfaces)?;
-            if let Some(strategy) = options.strategy {
-                context.object_parameter(placed.name, ObjectParameter::Strategy(strategy))?;
-            }
-            self.objects.push(placed);
-        }
-        Ok(())
-    }
-
-    /// Texture names parallel to `scene.textures`; 0, with a warning, for an image that cannot be read.
-    fn textures(&mut self) -> Result<Vec<Name>, Error> {
-        let mut names = Vec::new();
-        for source in &self.scene.textures {
-            names.push(match decode(source) {
-                Ok(image) => texture(&mut self.context, source, &image, self.scene.srgb)?,
-                Err(text) => {
-                    self.warnings.push(format!("texture `{}`: {text}", source.name));
-                    0
-                }
-            });
-        }
-        Ok(names)
+    /// What reading and defining the scene left out.
+    pub fn warnings(&self) -> &[String] {
+        &self.scene.file().warnings
     }
 
     /// Puts the frame of `time` together; may run while the frame before is rendering.
@@ -139,36 +53,9 @@ impl Player {
     }
 
     fn try_assemble(&mut self, time: f64) -> Result<(), Error> {
-        let poses = self.scene.pose(time);
-        let context = &mut self.context;
-        for (object, placed) in self.scene.objects.iter().zip(&self.objects) {
-            if !poses.get(object.node as usize).is_none_or(|p| p.visible) {
-                continue;
-            }
-            if let Some(deformed) = object.deformed(time, &poses, &self.scene.nodes) {
-                update(context, placed, &deformed)?;
-            }
-            context.load_matrix(DMat4::from(object.world_from_object(&poses)))?;
-            context.instantiate_object(placed.name)?;
-        }
-        context.load_identity()?;
-        if let Some(ambient) = self.ambient {
-            context.use_light(ambient)?;
-        }
-        for (light, &shader) in self.scene.lights.iter().zip(&self.lights) {
-            let Some((position, direction)) = light.placed(time, &poses) else { continue };
-            context.bind_shader(shader)?;
-            if light.kind != LightKind::Directional {
-                let handle = context.parameter_handle("position")?;
-                context.parameter_f(handle, &position.to_array())?;
-            }
-            if !matches!(light.kind, LightKind::Point { .. }) {
-                let handle = context.parameter_handle("direction")?;
-                context.parameter_f(handle, &direction.to_array())?;
-            }
-            context.use_light(shader)?;
-        }
-        self.camera.apply(context, time, &poses, self.aspect)
+        self.scene.instantiate(&mut self.context, time, Parts { camera: false, ..Parts::ALL })?;
+        let poses = self.scene.file().pose(time);
+        self.camera.apply(&mut self.context, time, &poses, self.aspect)
     }
 
     /// Starts rendering the frame that was assembled.
@@ -205,9 +92,34 @@ impl Player {
     }
 }
 
+/// Applies what the command line says about pictures.
+fn set_up(context: &mut Context, options: &Options, (width, height): (u32, u32), srgb: bool) -> Result<(), Error> {
+    context.set_frame_size(width, height)?;
+    context.enable(Capability::OriginTopLeft)?;
+    if srgb {
+        context.enable(Capability::FramebufferSrgb)?;
+    }
+    context.samples_per_pixel(i32::from(options.samples))?;
+    context.max_depth(i32::from(options.depth))?;
+    context.frame_parameter(FrameParameter::Subsampling(i32::from(options.subsampling)))?;
+    context.frame_parameter(FrameParameter::Upsampling(match options.upsampling {
+        Interpolation::Bilinear => Upsampling::Bilinear,
+        Interpolation::Midpoint => Upsampling::Midpoint,
+    }))?;
+    context.frame_parameter(FrameParameter::Frameless(i32::from(options.frameless)))?;
+    context.frame_parameter(FrameParameter::TimeBudget(options.time_budget))?;
+    context.gen_new_shader_class(options.renderer.class())?;
+    let renderer = context.gen_new_shader()?;
+    if options.renderer == Renderer::Whitted && options.shadows == Switch::Off {
+        let handle = context.parameter_handle("shadows")?;
+        context.parameter_i(handle, &[0])?;
+    }
+    context.use_rendering_object(renderer)
+}
+
 impl CameraChoice {
-    fn new(scene: &SceneFile, options: &Options) -> Self {
-        let mut camera = scene.cameras.first().cloned().unwrap_or_else(|| scene.overview());
+    fn new(scene: &LoadedScene, options: &Options) -> Self {
+        let mut camera = scene.camera().clone();
         if let Some(fov_y) = options.fov {
             camera.projection = Projection::Perspective { fov_y };
         }
@@ -235,14 +147,4 @@ impl CameraChoice {
         }
         context.look_at(view.from, view.from + view.forward.normalize_or_zero(), view.up)
     }
-}
-
-/// Moves the vertices of a deforming object.
-fn update(context: &mut Context, placed: &Placed, deformed: &Deformed) -> Result<(), Error> {
-    let pick = |values: &[Vec3]| -> Vec<Vec3> { placed.sources.iter().map(|&v| values[v as usize]).collect() };
-    context.update_vertices(placed.name, 0, pick(&deformed.positions))?;
-    if placed.has_normals && !deformed.normals.is_empty() {
-        context.update_normals(placed.name, 0, pick(&deformed.normals))?;
-    }
-    Ok(())
 }

@@ -22,8 +22,8 @@ mod khanna;
 mod kopta;
 mod kopta_pace;
 mod larsson;
-#[allow(dead_code, unused_imports, reason = "of the program openrt, with its tests")]
-mod loaders;
+#[allow(dead_code, unused_imports, reason = "of the library, with its tests")]
+mod load;
 #[allow(dead_code, reason = "shared with the other bench")]
 #[path = "../common/measure.rs"]
 mod measure;
@@ -42,23 +42,19 @@ mod random;
 #[path = "../common/rays.rs"]
 mod rays;
 mod report;
-#[allow(dead_code, unused_imports, reason = "of the program openrt, with its tests")]
-#[path = "../../../src/bin/openrt/scene/mod.rs"]
-mod scene;
 #[allow(dead_code, reason = "shared with the other bench")]
 #[path = "../common/scenes/mod.rs"]
 mod scenes;
 mod stage;
 #[path = "../common/start.rs"]
 mod start;
-#[allow(dead_code, reason = "of the program openrt")]
-#[path = "../../../src/bin/openrt/upload.rs"]
-mod upload;
 mod wald;
 mod wald_clients;
 mod wald_levels;
 mod wald_soup;
 
+// The reader of AFF files is a part of the library, and names its API as such.
+use openrt::api;
 use options::Options;
 use std::process::ExitCode;
 

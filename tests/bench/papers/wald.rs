@@ -13,9 +13,9 @@
 
 use crate::bart;
 use crate::cluster::{DUAL, Work};
+use crate::load::SceneFile;
 use crate::options::Options;
 use crate::report::{Report, head};
-use crate::scene::SceneFile;
 use crate::scenes;
 use crate::stage::{Look, PAPER, QUICK, Stage};
 use openrt::api::Result;

@@ -2,7 +2,7 @@
 //! (Lext, Assarsson, Möller, "BART: A Benchmark for Animated Ray Tracing", 2000).
 //!
 //! This file reads what stands around the geometry: view, lights, materials, includes, transforms and key frames;
-//! shapes are in `aff_shapes`, key frames in `aff_keys`. Where the formats are silent:
+//! shapes are in `geometry`, key frames in `keys`. Where the formats are silent:
 //!
 //! - a light without a colour is white with the share 1/√n of n lights, as NFF proposes;
 //! - `fm` is taken as Whitted's model with the specular colour also as mirror colour, `f r g b Kd Ks …` as
@@ -13,12 +13,14 @@
 //! - triangles without normals are flat;
 //! - an unknown statement is skipped to the end of its line, with a warning.
 
-use super::LoadError;
-use super::aff_shapes;
-use super::builder::{Baked, Builder, MaterialTable};
-use super::files::{self, Tree};
-use super::lexer::{Lexer, show};
-use crate::scene::{
+mod geometry;
+mod keys;
+
+use crate::load::LoadError;
+use crate::load::build::{Baked, Builder, MaterialTable};
+use crate::load::input::files::{self, Tree};
+use crate::load::input::lexer::{Lexer, show};
+use crate::load::model::{
     Animation, Background, Camera, KeyedTransform, Light, LightKind, Local, Material, Node, Projection, SceneFile,
     TextureData, TextureSource, View,
 };
@@ -52,7 +54,7 @@ struct PendingLight {
     animated: Option<String>,
 }
 
-pub(super) struct Aff {
+struct Aff {
     pub scene: SceneFile,
     pub builder: Builder,
     pub materials: MaterialTable,
@@ -183,7 +185,7 @@ impl Aff {
             },
             b"k" => self.key_frames(lexer)?,
             _ => {
-                if !aff_shapes::statement(self, word, lexer)? {
+                if !geometry::statement(self, word, lexer)? {
                     let text = lexer.error(format!("unknown statement `{}` is skipped", show(word)));
                     self.warn(text.to_string());
                     lexer.skip_line();

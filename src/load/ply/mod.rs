@@ -4,9 +4,9 @@
 //! any; faces as `vertex_indices` or `vertex_index`, polygons of any size, and `tristrips` of Stanford's
 //! scans. Colours of bytes are read as shares of 255.
 
-use super::files::{self, line_of};
-use super::{LoadError, shapes};
-use crate::scene::{Deform, Mesh, Object, SceneFile};
+use crate::load::input::files::{self, line_of};
+use crate::load::model::{Deform, Mesh, Object, SceneFile};
+use crate::load::{LoadError, build::shapes};
 use glam::{Vec2, Vec3, Vec4};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};

@@ -1,8 +1,8 @@
 //! The first animation of a glTF file as tracks by node.
 
-use super::LoadError;
-use super::gltf_buffers::Buffers;
-use crate::scene::{Animation, Interpolation, SceneFile, Track, TrsChannels};
+use super::buffers::Buffers;
+use crate::load::LoadError;
+use crate::load::model::{Animation, Interpolation, SceneFile, Track, TrsChannels};
 use glam::{DQuat, DVec3};
 use std::collections::HashMap;
 

@@ -1,9 +1,11 @@
 //! Key frames of AFF: the statement `k`.
 
-use super::LoadError;
-use super::aff::Aff;
-use super::lexer::{Lexer, show};
-use crate::scene::{KeyedTransform, PositionKey, PositionSpline, RotationKey, RotationSpline, Tcb, VisibilityKey};
+use super::Aff;
+use crate::load::LoadError;
+use crate::load::input::lexer::{Lexer, show};
+use crate::load::model::{
+    KeyedTransform, PositionKey, PositionSpline, RotationKey, RotationSpline, Tcb, VisibilityKey,
+};
 use glam::DVec3;
 
 impl Aff {

@@ -1,10 +1,10 @@
 //! Grammar, faults and hostile files, for all formats.
 
-#[path = "../../../../tests/common/skip.rs"]
+#[path = "../../../tests/common/skip.rs"]
 mod skip;
 
-use super::{LoadError, load, read};
-use crate::scene::{Background, Deform, Local, Projection, SceneFile};
+use super::{LoadError, ReadOptions, read_format, read_with};
+use crate::load::model::{Background, Deform, Local, Projection, SceneFile};
 use glam::{DVec3, Vec3};
 use skip::skipped;
 use std::fs;
@@ -35,6 +35,10 @@ impl Drop for Folder {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
     }
+}
+
+fn load(path: &Path, detail: f64) -> Result<SceneFile, LoadError> {
+    read_with(path, &ReadOptions { detail })
 }
 
 fn data(name: &str) -> PathBuf {
@@ -403,7 +407,7 @@ fn mutated_files_do_no_harm() {
             let path = folder.write(&format!("scene.{extension}"), &bytes);
             let begin = std::time::Instant::now();
             // Not through `load`, which would hide a panic of a crate.
-            match read(&path, 1.0) {
+            match read_format(&path, &ReadOptions { detail: 1.0 }) {
                 Ok(scene) => {
                     good += 1;
                     // What loads can be posed, too.

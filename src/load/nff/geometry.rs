@@ -1,10 +1,10 @@
 //! The geometry statements of NFF and AFF: `s c p pp tt ttp tpa m`.
 
-use super::aff::Aff;
-use super::builder::Corner;
-use super::lexer::Lexer;
-use super::{LoadError, shapes};
-use crate::scene::TriangleKey;
+use super::Aff;
+use crate::load::build::Corner;
+use crate::load::input::lexer::Lexer;
+use crate::load::model::TriangleKey;
+use crate::load::{LoadError, build::shapes};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 

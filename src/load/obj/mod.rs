@@ -4,10 +4,10 @@
 //! MTL is mapped as the format's illumination models say: `Ka Kd Ks Ns` are Whitted's terms, models 3 and above mirror with
 //! `Ks`, `d` below 1 lets light through, and is refracted (`Ni`) in models 5 to 7 and 9.
 
-use super::LoadError;
-use super::builder::{Baked, Builder, Corner};
-use super::files::{self, Tree};
-use crate::scene::{Material, SceneFile, TextureData, TextureSource};
+use crate::load::LoadError;
+use crate::load::build::{Baked, Builder, Corner};
+use crate::load::input::files::{self, Tree};
+use crate::load::model::{Material, SceneFile, TextureData, TextureSource};
 use glam::{DAffine3, Vec2, Vec3};
 use std::cell::RefCell;
 use std::collections::HashMap;

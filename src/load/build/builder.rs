@@ -1,6 +1,6 @@
 //! Collects triangles per node and materials without repeats, and turns both into objects.
 
-use crate::scene::{Deform, KeyedTriangle, Material, Mesh, Object, TriangleKey};
+use crate::load::model::{Deform, KeyedTriangle, Material, Mesh, Object, TriangleKey};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use std::collections::HashMap;
 

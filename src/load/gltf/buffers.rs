@@ -3,8 +3,8 @@
 //! The `gltf` crate checks that indices in the JSON exist; whether an accessor lies inside its buffer is checked here, so
 //! that no count in the file is believed before the bytes behind it have been seen.
 
-use super::LoadError;
-use super::files::{self, Tree};
+use crate::load::LoadError;
+use crate::load::input::files::{self, Tree};
 use ::gltf::accessor::{DataType, Dimensions};
 use std::path::Path;
 

@@ -6,15 +6,17 @@
 //! colour as diffuse and reflects 4 %, a metal reflects in its base colour and has no diffuse part; smooth
 //! surfaces mirror, rough ones only show a highlight of exponent 2/α² − 2, α = roughness².
 
-use super::LoadError;
-use super::builder::{Baked, Builder, Corner};
-use super::files::{self, Tree, line_of};
-use super::gltf_buffers::Buffers;
-use super::gltf_motion;
-use crate::scene::{
+mod buffers;
+mod motion;
+
+use crate::load::LoadError;
+use crate::load::build::{Baked, Builder, Corner};
+use crate::load::input::files::{self, Tree, line_of};
+use crate::load::model::{
     Camera, Deform, Light, LightKind, Local, Material, Mesh, MorphTarget, Node, Object, Projection, SceneFile, Skin,
     TextureData, TextureSource, View,
 };
+use buffers::Buffers;
 use glam::{DAffine3, DMat4, DVec3, Mat4, Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 use std::path::Path;
@@ -38,7 +40,7 @@ pub fn load(path: &Path) -> Result<SceneFile, LoadError> {
             return Err(buffers.error(format!("the file requires extension `{name}`, which is not supported")));
         }
     }
-    let motion = gltf_motion::read(&gltf, &buffers, &mut scene)?;
+    let motion = motion::read(&gltf, &buffers, &mut scene)?;
     let nodes = tree_of_nodes(&gltf, &motion, &mut scene);
     materials(&gltf, &buffers, &mut scene)?;
     let mut builder = Builder::default();
@@ -90,7 +92,7 @@ struct Nodes<'a> {
     rest: Vec<DAffine3>,
 }
 
-fn tree_of_nodes<'a>(gltf: &'a gltf::Gltf, motion: &gltf_motion::Motion, scene: &mut SceneFile) -> Nodes<'a> {
+fn tree_of_nodes<'a>(gltf: &'a gltf::Gltf, motion: &motion::Motion, scene: &mut SceneFile) -> Nodes<'a> {
     let mut nodes =
         Nodes { order: Vec::new(), index_of: HashMap::new(), moving: vec![false], rest: vec![DAffine3::IDENTITY] };
     let root = gltf.default_scene().or_else(|| gltf.scenes().next());

@@ -4,7 +4,7 @@
 //! textures (`../TextureFiles` in BART), and nothing else: absolute paths, other `..` and symbolic links that lead
 //! outside are refused.
 
-use super::LoadError;
+use crate::load::LoadError;
 use std::fs;
 use std::path::{Path, PathBuf};
 

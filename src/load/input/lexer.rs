@@ -1,6 +1,6 @@
 //! Words and numbers of an NFF or AFF file, with the line that each stands on.
 
-use super::LoadError;
+use crate::load::LoadError;
 use std::path::Path;
 
 /// Reads words separated by white space. `#` and `%` start a comment to the end of the line; braces are words of
