@@ -27,7 +27,7 @@ fn pool() -> Pool {
 
 fn world_triangles(world: &World) -> Vec<[Vec3; 3]> {
     let mut all = Vec::new();
-    for Instance { object, world_from_object } in &world.instances {
+    for Instance { object, world_from_object, .. } in &world.instances {
         if let Some(object) = world.scene.objects.get(object) {
             let m = &object.mesh;
             all.extend(

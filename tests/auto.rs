@@ -38,7 +38,7 @@ impl Stage {
         for (name, mesh) in (1..).zip(objects) {
             scene.apply(Command::DefineObject { name, mesh, motion: Motion::Unstructured });
             let world_from_object = Affine3A::from_translation(Vec3::X * APART * (name - 1) as f32);
-            instances.push(Instance { object: name, world_from_object });
+            instances.push(Instance::new(name, world_from_object));
         }
         let mut world = TwoLevel::new(Level::detect());
         // Not what the environment says.

@@ -99,8 +99,7 @@ fn hits_are_those_of_a_fresh_build_in_every_frame() {
             let mut scene = Scene::default();
             scene.apply(Command::DefineObject { name: 1, mesh: mesh.clone(), motion: Motion::Unstructured });
             let turned = Affine3A::from_rotation_y(0.5);
-            let instances =
-                [Affine3A::IDENTITY, turned].map(|world_from_object| Instance { object: 1, world_from_object });
+            let instances = [Affine3A::IDENTITY, turned].map(|world_from_object| Instance::new(1, world_from_object));
             let mut worlds: Vec<TwoLevel> = Level::available().map(|level| world(Strategy::Lazy, level)).collect();
             for frame in 0..8 {
                 if frame > 0 {
@@ -138,7 +137,7 @@ fn what_no_ray_meets_is_not_touched() {
         scene.apply(Command::SetStrategy { name, strategy: Strategy::Lazy });
     }
     let at = |i: u32| Affine3A::from_translation(Vec3::X * (4 * i) as f32);
-    let instances: Vec<Instance> = (1..=9).map(|i| Instance { object: i, world_from_object: at(i) }).collect();
+    let instances: Vec<Instance> = (1..=9).map(|i| Instance::new(i, at(i))).collect();
     let mut world = TwoLevel::new(Level::detect());
     pool.install(|| world.update(&scene, &instances));
     for frame in 0..6 {
@@ -173,7 +172,7 @@ fn partial_moves_give_the_hits_of_a_fresh_build() {
     let count = mesh.positions.len();
     let mut scene = Scene::default();
     scene.apply(Command::DefineObject { name: 1, mesh, motion: Motion::Unstructured });
-    let instances = [Instance { object: 1, world_from_object: Affine3A::IDENTITY }];
+    let instances = [Instance::new(1, Affine3A::IDENTITY)];
     let strategies = [Strategy::Lazy, Strategy::Refit, Strategy::Auto];
     let mut worlds = strategies.map(|strategy| (strategy, world(strategy, Level::detect())));
     let mut partial = [0; 3];
@@ -225,7 +224,7 @@ fn trees_of_key_frames_take_turns_and_hit_the_same() {
     let keys: Vec<Mesh> = (0..4).map(|_| meshes::soup(&mut random, 2000, 0.05)).collect();
     let mut scene = Scene::default();
     scene.apply(Command::DefineObject { name: 1, mesh: keys[0].clone(), motion: Motion::Unstructured });
-    let instances = [Instance { object: 1, world_from_object: Affine3A::from_rotation_x(0.3) }];
+    let instances = [Instance::new(1, Affine3A::from_rotation_x(0.3))];
     let mut worlds = [Strategy::Lazy, Strategy::Refit, Strategy::Sah].map(|s| (s, world(s, Level::detect())));
     let mut costs = Vec::new();
     for frame in 0..26 {

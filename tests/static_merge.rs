@@ -69,14 +69,14 @@ fn change(world: &mut World, random: &mut Random, frame: u32) {
         // Another order: equal triangles have other winners now.
         11 => world.instances.reverse(),
         // Twice: affine from now on.
-        12 => world.instances.push(Instance { object: 14, world_from_object: Affine3A::from_rotation_x(0.4) }),
+        12 => world.instances.push(Instance::new(14, Affine3A::from_rotation_x(0.4))),
         13 => {
             let positions = world.scene.objects[&9].mesh.positions.iter().map(|p| *p + random.vec() * 0.02).collect();
             world.scene.apply(Command::UpdatePositions { name: 9, first: 0, positions });
         }
         // Hidden, and shown again at the end.
         14 => world.instances.retain(|i| i.object != 20),
-        16 => world.instances.push(Instance { object: 20, world_from_object: Affine3A::IDENTITY }),
+        16 => world.instances.push(Instance::new(20, Affine3A::IDENTITY)),
         17 => world.scene.apply(Command::SetMotion { name: 22, motion: Motion::Affine }),
         // It draws nothing, merged or not.
         18 => {
@@ -86,9 +86,7 @@ fn change(world: &mut World, random: &mut Random, frame: u32) {
         // The name of a deleted object for a new one.
         19 => {
             world.scene.apply(Command::DefineObject { name: 1, mesh: meshes::icosphere(3), motion: Motion::Static });
-            world
-                .instances
-                .insert(0, Instance { object: 1, world_from_object: Affine3A::from_scale(Vec3::splat(1.8)) });
+            world.instances.insert(0, Instance::new(1, Affine3A::from_scale(Vec3::splat(1.8))));
         }
         _ => {}
     }

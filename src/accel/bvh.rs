@@ -15,6 +15,7 @@
 //! * no path has more than [`MAX_DEPTH`] nodes, which bounds the traversal stack.
 
 use super::Aabb;
+use super::memory::{cloned, copied};
 use glam::Vec3;
 use std::ops::Range;
 
@@ -216,6 +217,17 @@ impl Bvh {
     pub(super) fn with_room_to_grow() -> Self {
         // See `memory::recycled`: too small, so it will be asked for more again.
         Self { nodes: Vec::with_capacity(1), blocks: Vec::with_capacity(1), ..Self::default() }
+    }
+
+    /// A copy.
+    pub(super) fn try_clone(&self) -> Result<Self, OutOfMemory> {
+        Ok(Self {
+            nodes: copied(&self.nodes)?,
+            blocks: copied(&self.blocks)?,
+            subtrees: cloned(&self.subtrees)?,
+            dropped: copied(&self.dropped)?,
+            ..*self
+        })
     }
 
     /// Puts a tree together.

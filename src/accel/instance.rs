@@ -23,7 +23,7 @@
 //! rounding of the application's matrix.
 
 use super::{Aabb, OutOfMemory};
-use crate::scene::{Mesh, Name};
+use crate::scene::{Mask, Mesh, Name};
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
 
 const U: f64 = 1.0 / (1 << 24) as f64;
@@ -47,6 +47,8 @@ pub struct InstanceRecord {
     pub object: Name,
     pub world_from_object: Affine3A,
     pub space: Space,
+    /// Of the object and of the instance.
+    pub mask: Mask,
 }
 
 /// Where the triangles of an instance are, as its structure has them.

@@ -56,6 +56,11 @@ pub(super) enum Source {
 }
 
 impl Source {
+    /// Whether this is not `mesh`, and was the scene's once.
+    pub(super) fn is_elsewhere(&self, mesh: &Arc<Mesh>) -> bool {
+        matches!(self, Source::Scene(known) if !std::ptr::eq(known.as_ptr(), Arc::as_ptr(mesh)))
+    }
+
     pub(super) fn mesh(&self) -> Arc<Mesh> {
         match self {
             Source::Scene(mesh) => {
@@ -124,7 +129,16 @@ impl LazyBvh {
 
     /// Cuts a tree of `mesh`, or of what it was before vertices moved.
     pub(super) fn of(bvh: &Bvh, mesh: &Mesh, source: Source, shape: LazyShape) -> Result<Self, OutOfMemory> {
-        let topology = Topology::new(bvh, mesh, shape)?;
+        Self::with_topology(Topology::new(bvh, mesh, shape)?, mesh, source)
+    }
+
+    /// The tree for `mesh`, which has the same triangles and is what `source` refers to, with nothing up to date.
+    pub(super) fn outdated_copy(&self, mesh: &Mesh, source: Source) -> Result<Self, OutOfMemory> {
+        let revived = self.revived.load(Ordering::Relaxed);
+        Ok(Self { revived: AtomicBool::new(revived), ..Self::with_topology(self.topology.try_clone()?, mesh, source)? })
+    }
+
+    fn with_topology(topology: Topology, mesh: &Mesh, source: Source) -> Result<Self, OutOfMemory> {
         let bounds = box_of_all(&mesh.positions);
         let mut nodes = reserve(topology.children.len())?;
         nodes.extend(topology.children.iter().map(|&children| Node8 { children, ..Node8::EMPTY }));
@@ -162,6 +176,11 @@ impl LazyBvh {
     /// The mesh is elsewhere, and the same.
     pub(super) fn set_source(&mut self, source: Source) {
         self.source = source;
+    }
+
+    /// Where the mesh is.
+    pub(super) fn source(&self) -> &Source {
+        &self.source
     }
 
     /// Forgets what rays have had updated.

@@ -14,7 +14,7 @@
 use super::OutOfMemory;
 use super::bvh::{BLOCK, Bvh, ChildRef, MAX_DEPTH, MAX_LEAF_BLOCKS, WIDTH};
 use super::lazy_number::{Distinct, MANY, Outline};
-use super::memory::{ask, filled, reserve};
+use super::memory::{ask, cloned, copied, filled, reserve};
 use super::vertex_runs::{Marks, VertexSet};
 use crate::scene::{LazyShape, Mesh};
 use crate::simd::{Places, place_of};
@@ -71,6 +71,19 @@ pub(super) struct Segment {
 }
 
 impl Topology {
+    /// A copy.
+    pub(super) fn try_clone(&self) -> Result<Self, OutOfMemory> {
+        Ok(Self {
+            children: copied(&self.children)?,
+            blocks: copied(&self.blocks)?,
+            outlines: copied(&self.outlines)?,
+            segments: cloned(&self.segments)?,
+            vertices: copied(&self.vertices)?,
+            around: copied(&self.around)?,
+            dropped: self.dropped,
+        })
+    }
+
     pub fn memory_bytes(&self) -> usize {
         self.children.capacity() * size_of::<[ChildRef; WIDTH]>()
             + self.blocks.capacity() * size_of::<LazyBlock>()

@@ -26,6 +26,14 @@ pub(super) fn copied<T: Copy>(elements: &[T]) -> Result<Vec<T>, OutOfMemory> {
     Ok(vec)
 }
 
+/// [`copied`], of elements that need [`Clone`].
+pub(super) fn cloned<T: Clone>(elements: &[T]) -> Result<Vec<T>, OutOfMemory> {
+    let mut vec = Vec::new();
+    vec.try_reserve_exact(elements.len()).map_err(|_| OutOfMemory { bytes: size_of_val(elements) })?;
+    vec.extend_from_slice(elements);
+    Ok(vec)
+}
+
 /// The same vector if it has room for `len` elements and not for more than twice as many; else another one. A vector that
 /// had become too small grows by an eighth more than asked, as it will be asked for about as much again.
 pub(super) fn recycled<T>(old: Vec<T>, len: usize) -> Result<Vec<T>, OutOfMemory> {

@@ -43,6 +43,7 @@ mod vertex_box;
 mod vertex_runs;
 mod visibility;
 mod waiting;
+mod world_view;
 
 pub use aabb::{Aabb, MAX_COORDINATE, least_area, triangle_bounds};
 pub(crate) use aabb::{LEAST_SEEN, PAD_ABSOLUTE, PAD_EXTENT, PAD_ULP};
@@ -62,12 +63,13 @@ pub use refit::Refit;
 pub use statics::{Merged, Merging};
 pub use top_level_bsp::{TOP_MAX_DEPTH, TopLevelBsp, TopNode};
 pub use top_level_bvh::TopLevelBvh;
-pub use two_level::{TopLevel, TwoLevel, UpdateStats};
+pub use two_level::{TwoLevel, UpdateStats};
 pub use validate::validate;
 pub(crate) use visibility::tile_of;
 pub use visibility::{
     Candidates, Directions, FieldSize, Frame, MOST_LEVELS, Subfield, TileList, TileRef, VisibilityField,
 };
+pub use world_view::{TopLevel, WorldView};
 
 #[cfg(test)]
 mod lazy_tests;

@@ -6,7 +6,7 @@
 
 use super::instance::{InstanceRecord, Reach, Space, invert, reach};
 use super::{Aabb, OutOfMemory};
-use crate::scene::{Instance, Name};
+use crate::scene::{Instance, Mask, Name};
 use glam::{Affine3A, DMat3, Mat3, Vec3};
 use rayon::prelude::*;
 
@@ -17,8 +17,14 @@ const CHUNK: usize = 256;
 
 /// The box of outliers.
 const EVERYWHERE: Aabb = Aabb { lo: Vec3::NEG_INFINITY, hi: Vec3::INFINITY };
-const NOWHERE: InstanceRecord =
-    InstanceRecord { instance: 0, slot: 0, object: 0, world_from_object: Affine3A::IDENTITY, space: Space::Merged };
+const NOWHERE: InstanceRecord = InstanceRecord {
+    instance: 0,
+    slot: 0,
+    object: 0,
+    world_from_object: Affine3A::IDENTITY,
+    space: Space::Merged,
+    mask: Mask::ALL,
+};
 
 /// What the instances of a frame became.
 #[derive(Debug, Default)]
@@ -41,7 +47,15 @@ pub(super) struct Placed {
     fates: Vec<Fate>,
 }
 
-/// What an object's slot tells of its instances.
+/// What an object's slot tells of its instances: where they are, which rays see them, and how many triangles each has.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seated {
+    pub seat: Seat,
+    pub mask: Mask,
+    pub triangles: u64,
+}
+
+/// Where the triangles of an object's instances are.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Seat {
     /// The structure's box in object space.
@@ -97,7 +111,7 @@ impl Placed {
         self.triangles = 0;
     }
 
-    /// Places `instances`, whose objects are in the slots `slots`, of which `seat_of` tells, with the number of triangles.
+    /// Places `instances`, whose objects are in the slots `slots`, of which `seat_of` tells.
     /// Instances without a slot (`u32::MAX`) or with empty bounds draw nothing, nor do those
     /// whose matrix is not finite or not invertible.
     ///
@@ -107,7 +121,7 @@ impl Placed {
         &mut self,
         instances: &[Instance],
         slots: &[u32],
-        seat_of: impl Fn(u32) -> (Seat, u64) + Sync,
+        seat_of: impl Fn(u32) -> Seated + Sync,
     ) -> Result<(), OutOfMemory> {
         self.outliers.clear();
         self.boxed.clear();
@@ -126,11 +140,11 @@ impl Placed {
 
         let (instances, slots) = (&instances[..count], &slots[..count]);
         let one = |number: usize, record: &mut InstanceRecord, aabb: &mut Aabb, sum: &mut Sum| {
-            let (Instance { object, world_from_object }, slot) = (instances[number], slots[number]);
+            let (Instance { object, world_from_object, mask }, slot) = (instances[number], slots[number]);
             if slot == u32::MAX {
                 return Fate::Nothing;
             }
-            let (seat, triangles) = seat_of(slot);
+            let Seated { seat, mask: of_object, triangles } = seat_of(slot);
             if matches!(seat, Seat::Object(b) | Seat::World(b) if b.is_empty()) {
                 return Fate::Nothing;
             }
@@ -166,7 +180,8 @@ impl Placed {
                 }
             };
             sum.untransformed |= !matches!(space, Space::Object { .. });
-            *record = InstanceRecord { instance: number as u32, slot, object, world_from_object, space };
+            let mask = mask.and(of_object);
+            *record = InstanceRecord { instance: number as u32, slot, object, world_from_object, space, mask };
             sum.triangles += triangles;
             fate
         };

@@ -1,7 +1,7 @@
 //! Static instances, merged into one tree (Wald03 §6: "all static triangles in one object"; design §5).
 //!
 //! An instance of a [`crate::scene::Motion::Static`] object that the frame places exactly once is evaluated in *world space*:
-//! its vertices are transformed once, its structure is built over triangles of the world ([`ObjectAccel`]), and rays reach
+//! its vertices are transformed once, its structure is built over triangles of the world ([`ObjectState`]), and rays reach
 //! it untransformed. When several such instances have stayed the same for some frames, one tree is built over all their
 //! triangles on a thread beside the frames, and takes the place of their structures between two of them. Then a
 //! scene that was split into objects is traced as if it had not been.
@@ -29,7 +29,8 @@
 use super::build_sah;
 use super::bvh::{Bvh, OutOfMemory};
 use super::instance::{append_to_world, mesh_with_room};
-use super::object_accel::{Identity, ObjectAccel};
+use super::memory::{cloned, copied};
+use super::object_accel::{Identity, ObjectAccel, ObjectState};
 use crate::scene::{Mesh, Name, Scene};
 use crate::threads::Pool;
 use glam::Vec3;
@@ -62,11 +63,13 @@ impl Merging {
     }
 }
 
-/// How often an object is placed in a frame, and the number of its last instance.
+/// How often an object is placed in a frame, the number of its last instance, and whether that is masked.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Shown {
     pub times: u32,
     pub number: u32,
+    /// Some kinds of rays do not see it: it has to stay an instance of its own.
+    pub masked: bool,
 }
 
 /// One tree over the triangles of several static instances, in world space.
@@ -138,13 +141,19 @@ impl Merged {
     }
 
     /// Instances in the tree.
-    fn live(&self) -> usize {
+    pub(super) fn live(&self) -> usize {
         self.members.iter().filter(|m| m.live).count()
     }
 
-    fn memory_bytes(&self) -> usize {
+    pub(super) fn memory_bytes(&self) -> usize {
         let numbers = self.members.capacity() * size_of::<Member>() + self.every.capacity() * size_of::<u32>();
         self.bvh.memory_bytes() + numbers
+    }
+
+    /// A copy.
+    fn try_clone(&self) -> Result<Self, OutOfMemory> {
+        let (members, every) = (cloned(&self.members)?, copied(&self.every)?);
+        Ok(Self { bvh: self.bvh.try_clone()?, members, every, shift: self.shift })
     }
 
     /// Takes the triangles of the members `gone` out.
@@ -159,6 +168,11 @@ impl Merged {
                 }
             }
         });
+    }
+
+    /// Whether the numbers of the instances are those of the frame.
+    fn is_numbered(&self, shown: &[Shown]) -> bool {
+        self.members.iter().filter(|m| m.live).all(|m| m.instance == shown[m.slot as usize].number)
     }
 
     /// Brings the numbers of the instances in line with the frame.
@@ -201,31 +215,34 @@ struct Task {
     members: Vec<(Member, Identity)>,
 }
 
-/// The merged tree of a world, and the one to come.
+/// The tree to come, in the place of what is merged.
 pub(super) struct Statics {
     pub merging: Merging,
-    merged: Option<Merged>,
     task: Option<Task>,
     /// A set of instances for which there was no memory; not tried again.
     refused: Vec<Identity>,
 }
 
+/// What rays traverse, by slot: the objects, and the merged tree.
+pub(super) struct Traversed<'a> {
+    pub objects: &'a mut [Arc<ObjectAccel>],
+    pub merged: &'a mut Option<Arc<Merged>>,
+}
+
+impl Traversed<'_> {
+    /// The merged tree, to be changed: a copy if a snapshot holds it.
+    fn merged(&mut self) -> Result<Option<&mut Merged>, OutOfMemory> {
+        let Some(merged) = self.merged else { return Ok(None) };
+        if Arc::get_mut(merged).is_none() {
+            *merged = Arc::new(merged.try_clone()?);
+        }
+        Ok(Arc::get_mut(merged))
+    }
+}
+
 impl Statics {
     pub fn new() -> Self {
-        Self { merging: Merging::from_environment(), merged: None, task: None, refused: Vec::new() }
-    }
-
-    pub fn merged(&self) -> Option<&Merged> {
-        self.merged.as_ref()
-    }
-
-    /// Instances whose triangles are in the merged tree.
-    pub fn merged_count(&self) -> usize {
-        self.merged.as_ref().map_or(0, Merged::live)
-    }
-
-    pub fn memory_bytes(&self) -> usize {
-        self.merged.as_ref().map_or(0, Merged::memory_bytes)
+        Self { merging: Merging::from_environment(), task: None, refused: Vec::new() }
     }
 
     /// Waits until the tree that is being built is finished; the next update takes it in.
@@ -236,43 +253,36 @@ impl Statics {
         }
     }
 
-    /// To be called when `objects` have been brought in line with the frame, of which `shown` tells by slot. Takes out what
+    /// To be called when the objects have been brought in line with the frame, of which `shown` tells by slot. Takes out what
     /// has changed, takes in what has been built, and begins what is worth it.
-    pub fn update(&mut self, scene: &Scene, objects: &mut [ObjectAccel], shown: &[Shown]) {
-        self.take_out(objects, shown);
-        self.take_in(objects, shown);
+    ///
+    /// # Errors
+    /// No memory for a copy of a merged tree that a snapshot holds. Its members are not there for rays until the next update.
+    pub fn update(
+        &mut self,
+        scene: &Scene,
+        states: &mut [ObjectState],
+        mut traversed: Traversed<'_>,
+        shown: &[Shown],
+    ) -> Result<(), OutOfMemory> {
+        let kept = take_out(states, &mut traversed, shown);
+        self.take_in(states, &mut traversed, shown);
         if self.merging != Merging::Never && self.task.is_none() {
-            self.begin(scene, objects, shown);
-            self.take_in(objects, shown);
+            self.begin(scene, states, traversed.objects, shown);
+            self.take_in(states, &mut traversed, shown);
         }
-        if let Some(merged) = &mut self.merged {
-            merged.renumber(shown);
-        }
-    }
-
-    fn take_out(&mut self, objects: &mut [ObjectAccel], shown: &[Shown]) {
-        let Some(merged) = &mut self.merged else { return };
-        let mut gone = Vec::new();
-        for (i, member) in merged.members.iter_mut().enumerate().filter(|(_, m)| m.live) {
-            let object = &mut objects[member.slot as usize];
-            let hidden = shown[member.slot as usize].times == 0;
-            if hidden {
-                object.leave_merged();
-            }
-            if hidden || !object.is_merged() {
-                member.live = false;
-                gone.push(i);
-            }
-        }
-        if merged.live() == 0 {
-            self.merged = None;
-        } else if !gone.is_empty() {
-            merged.erase(&gone);
-        }
+        let numbered = traversed.merged.as_ref().is_none_or(|merged| merged.is_numbered(shown));
+        let numbered = if numbered {
+            Ok(())
+        } else {
+            let renumbered = traversed.merged().map(|merged| merged.map(|merged| merged.renumber(shown)));
+            renumbered.map(|_| ()).inspect_err(|_| dissolve(states, traversed.merged))
+        };
+        kept.and(numbered)
     }
 
     /// Puts a finished tree in the place of its members' own structures.
-    fn take_in(&mut self, objects: &mut [ObjectAccel], shown: &[Shown]) {
+    fn take_in(&mut self, states: &mut [ObjectState], traversed: &mut Traversed<'_>, shown: &[Shown]) {
         let Some(task) = &mut self.task else { return };
         if task.process != std::process::id() {
             self.task = None;
@@ -293,7 +303,7 @@ impl Statics {
         let mut gone = Vec::new();
         for (i, (mut member, identity)) in task.members.into_iter().enumerate() {
             let slot = member.slot as usize;
-            member.live = shown[slot].times == 1 && objects[slot].identity() == Some(identity);
+            member.live = shown[slot].times == 1 && !shown[slot].masked && states[slot].identity() == Some(identity);
             if !member.live {
                 gone.push(i);
             }
@@ -307,25 +317,26 @@ impl Statics {
             merged.erase(&gone);
         }
         for member in merged.members.iter().filter(|m| m.live) {
-            objects[member.slot as usize].enter_merged();
+            let slot = member.slot as usize;
+            states[slot].enter_merged(&mut traversed.objects[slot]);
         }
         // Who lives in the tree before is also in this one: nobody joins a tree but in a new one, which begins with them all.
-        self.merged = Some(merged);
+        *traversed.merged = Some(Arc::new(merged));
     }
 
     /// Has a tree built over all instances that have stayed the same long enough, if that would add one.
-    fn begin(&mut self, scene: &Scene, objects: &[ObjectAccel], shown: &[Shown]) {
+    fn begin(&mut self, scene: &Scene, states: &[ObjectState], objects: &[Arc<ObjectAccel>], shown: &[Shown]) {
         let wait = if self.merging == Merging::AtOnce { 0 } else { WAIT };
         let mut members: Vec<(Member, Identity)> = Vec::new();
         let mut fresh = false;
-        for (slot, (object, shown)) in objects.iter().zip(shown).enumerate() {
-            if shown.times != 1 {
+        for (slot, ((state, object), shown)) in states.iter().zip(objects).zip(shown).enumerate() {
+            if shown.times != 1 || shown.masked {
                 continue;
             }
-            let Some(identity) = object.identity().filter(|_| object.may_merge(wait)) else { continue };
-            fresh |= !object.is_merged();
+            let Some(identity) = state.identity().filter(|_| state.may_merge(object, wait)) else { continue };
+            fresh |= !state.is_merged();
             let (slot, instance, count) = (slot as u32, shown.number, object.triangles() as u32);
-            members.push((Member { first: 0, count, slot, instance, object: object.name(), live: true }, identity));
+            members.push((Member { first: 0, count, slot, instance, object: state.name(), live: true }, identity));
         }
         if !fresh || members.len() < 2 {
             return;
@@ -365,6 +376,55 @@ impl Statics {
             pool = Some(thread);
         }
         self.task = Some(Task { pool, process: std::process::id(), result, members });
+    }
+}
+
+/// Takes members that have changed or are not shown out of the merged tree.
+fn take_out(states: &mut [ObjectState], traversed: &mut Traversed<'_>, shown: &[Shown]) -> Result<(), OutOfMemory> {
+    let Some(merged) = traversed.merged.as_deref() else { return Ok(()) };
+    let is_gone = |member: &Member, state: &ObjectState| {
+        let shown = shown[member.slot as usize];
+        shown.times == 0 || shown.masked || !state.is_merged()
+    };
+    let leaves = |member: &Member| member.live && is_gone(member, &states[member.slot as usize]);
+    if !merged.members.iter().any(leaves) {
+        return Ok(());
+    }
+    let merged = match traversed.merged() {
+        Ok(Some(merged)) => merged,
+        Ok(None) => return Ok(()),
+        Err(error) => {
+            dissolve(states, traversed.merged);
+            return Err(error);
+        }
+    };
+    let mut gone = Vec::new();
+    for (i, member) in merged.members.iter_mut().enumerate().filter(|(_, m)| m.live) {
+        let state = &mut states[member.slot as usize];
+        if is_gone(member, state) {
+            if state.is_merged() {
+                state.leave_merged();
+            }
+            member.live = false;
+            gone.push(i);
+        }
+    }
+    if merged.live() == 0 {
+        *traversed.merged = None;
+    } else {
+        merged.erase(&gone);
+    }
+    Ok(())
+}
+
+/// Gives the merged tree up: the next update builds structures for its members.
+fn dissolve(states: &mut [ObjectState], merged: &mut Option<Arc<Merged>>) {
+    let Some(old) = merged.take() else { return };
+    for member in old.members.iter().filter(|m| m.live) {
+        let state = &mut states[member.slot as usize];
+        if state.is_merged() {
+            state.leave_merged();
+        }
     }
 }
 

@@ -51,6 +51,12 @@ impl Method {
         matches!(self, Method::Lazy(_) | Method::Bvh { moved: Moved::Refit, .. })
     }
 
+    /// Whether a structure can follow vertices that move, by a refit or segment by segment; else it is built anew.
+    pub fn follows_moves(self) -> bool {
+        !matches!(self, Method::Bsp { .. } | Method::Grid | Method::SpatialSplits | Method::Field)
+            && !matches!(self, Method::Bvh { moved: Moved::Rebuild, .. })
+    }
+
     /// Whether an object that no ray meets is left alone while its vertices move, and a large one to the rays, part by part.
     pub fn may_wait(self) -> bool {
         matches!(self, Method::Bvh { moved: Moved::Auto, .. })

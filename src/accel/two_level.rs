@@ -11,21 +11,22 @@
 //! are not shown cost nothing; they catch up when they are shown again. All vectors are kept, so that a frame like the one
 //! before allocates nothing here.
 
-use super::Aabb;
 use super::by_rays::{Balance, Done, LARGE, Ledger, Stakes};
-use super::instance::{InstanceRecord, invert};
-use super::object_accel::{ObjectAccel, Outcome, Spent, Work};
-use super::place::{NameHasher, Placed, Seat};
-use super::statics::{Merged, Merging, Shown, Statics};
+use super::instance::invert;
+use super::object_accel::{ObjectState, Outcome, Spent, Work};
+use super::place::{NameHasher, Placed, Seat, Seated};
+use super::statics::{Merged, Merging, Shown, Statics, Traversed};
 use super::strategy::{forced_by_environment, forced_top_level};
 use super::top_level_bsp::TopLevelBsp;
 use super::top_level_bvh::TopLevelBvh;
-use crate::scene::{Instance, Motion, Name, Scene, Strategy, TopLevelKind};
+use super::world_view::{TopLevel, WorldView};
+use crate::scene::{Instance, Mask, Motion, Name, Scene, Strategy, TopLevelKind};
 use crate::simd::Level;
-use glam::Mat3;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
+use std::ops::Deref;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
@@ -55,37 +56,14 @@ pub struct UpdateStats {
     pub merged_instances: u32,
 }
 
-/// The structure over the instances that have a box; its references are indices of [`TwoLevel::instances`].
-#[derive(Debug)]
-pub enum TopLevel {
-    Bsp(TopLevelBsp),
-    Bvh(TopLevelBvh),
-}
-
-impl TopLevel {
-    fn kind(&self) -> TopLevelKind {
-        match self {
-            TopLevel::Bsp(_) => TopLevelKind::Bsp,
-            TopLevel::Bvh(_) => TopLevelKind::Bvh,
-        }
-    }
-
-    fn memory_bytes(&self) -> usize {
-        match self {
-            TopLevel::Bsp(bsp) => bsp.memory_bytes(),
-            TopLevel::Bvh(bvh) => bvh.memory_bytes(),
-        }
-    }
-}
-
-/// Everything that rays of one frame traverse.
+/// What rays traverse ([`WorldView`]), and what brings it up to date.
 pub struct TwoLevel {
-    level: Level,
     forced: Option<Strategy>,
     asked_top: TopLevelKind,
     forced_top: Option<TopLevelKind>,
+    view: Arc<WorldView>,
     /// Objects by slot; unused slots have name 0.
-    objects: Vec<ObjectAccel>,
+    states: Vec<ObjectState>,
     slot_of: HashMap<Name, u32, BuildHasherDefault<NameHasher>>,
     free_slots: Vec<u32>,
     /// Per slot: what this frame's update did, `None` if the object is not in it.
@@ -98,19 +76,17 @@ pub struct TwoLevel {
     /// What rays took since the last update, in nanoseconds.
     traced: AtomicU64,
     statics: Statics,
-    placed: Placed,
-    top_level: TopLevel,
 }
 
 impl TwoLevel {
     /// An empty world, whose kernels are those of `level`.
     pub fn new(level: Level) -> Self {
         Self {
-            level,
+            view: Arc::new(WorldView::new(level)),
             forced: forced_by_environment(),
             asked_top: TopLevelKind::Auto,
             forced_top: forced_top_level(),
-            objects: Vec::new(),
+            states: Vec::new(),
             slot_of: HashMap::default(),
             free_slots: Vec::new(),
             outcomes: Vec::new(),
@@ -119,8 +95,6 @@ impl TwoLevel {
             balance: Balance::default(),
             traced: AtomicU64::new(0),
             statics: Statics::new(),
-            placed: Placed::default(),
-            top_level: TopLevel::Bvh(TopLevelBvh::default()),
         }
     }
 
@@ -149,72 +123,9 @@ impl TwoLevel {
         self.statics.wait();
     }
 
-    /// The tree of the static instances that have been merged.
-    #[inline(always)]
-    pub fn merged(&self) -> Option<&Merged> {
-        self.statics.merged()
-    }
-
-    /// The instruction set that was asked for.
-    #[inline(always)]
-    pub fn level(&self) -> Level {
-        self.level
-    }
-
-    /// Objects by slot ([`InstanceRecord::slot`]).
-    #[inline(always)]
-    pub fn objects(&self) -> &[ObjectAccel] {
-        &self.objects
-    }
-
-    /// The instances of the frame that can be hit, in ascending order of their number; then the record of the merged tree, if there is one.
-    #[inline(always)]
-    pub fn instances(&self) -> &[InstanceRecord] {
-        &self.placed.records
-    }
-
-    /// Where each of [`TwoLevel::instances`] can be hit by a ray from near the origin (see `accel/instance`); infinite for an
-    /// outlier, empty for an instance in the merged tree.
-    #[inline(always)]
-    pub fn boxes(&self) -> &[Aabb] {
-        &self.placed.boxes
-    }
-
-    /// Over the instances that have a box; its references are indices of [`TwoLevel::instances`].
-    #[inline(always)]
-    pub fn top_level(&self) -> &TopLevel {
-        &self.top_level
-    }
-
-    /// Indices of instances that every ray has to be offered to.
-    #[inline(always)]
-    pub fn outliers(&self) -> &[u32] {
-        &self.placed.outliers
-    }
-
-    /// Indices of instances with a box: those that the top level was built over.
-    #[inline(always)]
-    pub fn boxed(&self) -> &[u32] {
-        &self.placed.boxed
-    }
-
-    /// World boxes hold for a ray whose planes are moved by this matrix times the magnitudes of its origin (see
-    /// `accel/instance`).
-    #[inline(always)]
-    pub fn origin_error(&self) -> &Mat3 {
-        &self.placed.origin_error
-    }
-
-    /// Whether some instances are met by rays as they are in the world: those in world space and merged ones.
-    #[inline(always)]
-    pub fn some_untransformed(&self) -> bool {
-        self.placed.some_untransformed
-    }
-
-    /// What rays have had brought up to date since the last update, in objects of [`Strategy::Lazy`] and in those that waited for one: subtrees, and nodes in
-    /// them; of [`Strategy::VisibilityField`]: subfields, and references in them.
-    pub fn touched(&self) -> (u64, u64) {
-        self.objects.iter().map(ObjectAccel::touched).fold((0, 0), |sum, (s, n)| (sum.0 + u64::from(s), sum.1 + n))
+    /// What rays traverse, to be held as long as one likes: the next update leaves it as it is.
+    pub fn view(&self) -> &Arc<WorldView> {
+        &self.view
     }
 
     /// Says how long the rays of a picture or a batch have taken, in seconds of wall clock. [`Strategy::Auto`] weighs updates against it, and so does
@@ -228,22 +139,36 @@ impl TwoLevel {
     /// To be called inside the pool.
     pub fn update(&mut self, scene: &Scene, instances: &[Instance]) -> UpdateStats {
         let mut stats = UpdateStats::default();
+        if Arc::get_mut(&mut self.view).is_none() {
+            // A snapshot keeps the one before.
+            match self.view.successor() {
+                Ok(view) => self.view = Arc::new(view),
+                Err(_) => {
+                    let objects = self.view.objects();
+                    return UpdateStats { out_of_memory: size_of_val(objects) as u64, ..stats };
+                }
+            }
+        }
         self.drop_deleted(scene);
         self.update_objects(scene, instances, &mut stats);
-        self.statics.update(scene, &mut self.objects, &self.shown);
-        stats.merged_instances = self.statics.merged_count() as u32;
+        let Self { view, states, statics, shown, .. } = self;
+        let view = exclusive(view);
+        let traversed = Traversed { objects: &mut view.objects, merged: &mut view.merged };
+        if let Err(error) = statics.update(scene, states, traversed, shown) {
+            stats.out_of_memory += error.bytes as u64;
+        }
+        stats.merged_instances = view.merged.as_deref().map_or(0, Merged::live) as u32;
         let begin = Instant::now();
         self.update_top_level(instances, &mut stats);
         stats.top_level_seconds = begin.elapsed().as_secs_f64();
-        stats.bytes = (self.objects.iter().map(ObjectAccel::memory_bytes).sum::<usize>()
-            + self.top_level.memory_bytes()
-            + self.statics.memory_bytes()
-            + self.placed.memory_bytes()) as u64;
+        let states = self.states.iter().map(ObjectState::memory_bytes).sum::<usize>();
+        stats.bytes = (self.view.memory_bytes() + states) as u64;
         stats
     }
 
     fn update_top_level(&mut self, instances: &[Instance], stats: &mut UpdateStats) {
-        let Self { placed, objects, slots, top_level, asked_top, forced_top, statics, .. } = self;
+        let Self { view, states, slots, asked_top, forced_top, .. } = self;
+        let WorldView { objects, merged, placed, top_level, .. } = exclusive(view);
         let kind = match forced_top.unwrap_or(*asked_top) {
             TopLevelKind::Bsp => TopLevelKind::Bsp,
             TopLevelKind::Bvh | TopLevelKind::Auto => TopLevelKind::Bvh,
@@ -254,17 +179,17 @@ impl TwoLevel {
                 TopLevelKind::Bvh | TopLevelKind::Auto => TopLevel::Bvh(TopLevelBvh::default()),
             };
         }
-        let seat_of = |slot| {
-            let object: &ObjectAccel = &objects[slot as usize];
-            let seat = match object.placed() {
-                Some(_) if object.is_merged() => Seat::Merged,
+        let seat_of = |slot: u32| {
+            let (state, object) = (&states[slot as usize], &objects[slot as usize]);
+            let seat = match state.placed() {
+                Some(_) if state.is_merged() => Seat::Merged,
                 Some(_) => Seat::World(object.bounds()),
                 None => Seat::Object(object.bounds()),
             };
-            (seat, object.triangles())
+            Seated { seat, mask: state.mask(), triangles: object.triangles() }
         };
         let mut result = placed.place(instances, slots, seat_of);
-        if let (Some(merged), Ok(())) = (statics.merged(), result) {
+        if let (Some(merged), Ok(())) = (merged, result) {
             result = placed.add_merged(merged.bvh().bounds());
         }
         let Placed { boxes, boxed, .. } = placed;
@@ -279,11 +204,13 @@ impl TwoLevel {
     }
 
     fn drop_deleted(&mut self, scene: &Scene) {
-        let Self { slot_of, objects, free_slots, .. } = self;
+        let Self { slot_of, states, view, free_slots, .. } = self;
+        let objects = &mut exclusive(view).objects;
         slot_of.retain(|name, slot| {
             let exists = scene.objects.contains_key(name);
             if !exists {
-                objects[*slot as usize] = ObjectAccel::default();
+                states[*slot as usize] = ObjectState::default();
+                objects[*slot as usize] = Arc::default();
                 free_slots.push(*slot);
             }
             exists
@@ -291,11 +218,12 @@ impl TwoLevel {
     }
 
     fn update_objects(&mut self, scene: &Scene, instances: &[Instance], stats: &mut UpdateStats) {
-        let Self { objects, slot_of, free_slots, outcomes, slots, shown, .. } = self;
+        let Self { view, states, slot_of, free_slots, outcomes, slots, shown, .. } = self;
+        let objects = &mut exclusive(view).objects;
         outcomes.clear();
-        outcomes.resize(objects.len(), None);
+        outcomes.resize(states.len(), None);
         shown.clear();
-        shown.resize(objects.len(), Shown::default());
+        shown.resize(states.len(), Shown::default());
         slots.clear();
         if slots.try_reserve(instances.len()).is_err() {
             stats.out_of_memory += size_of_val(instances) as u64;
@@ -306,15 +234,16 @@ impl TwoLevel {
             let known = slot_of.get(&instance.object).copied();
             let slot = known.or_else(|| {
                 scene.objects.get(&instance.object)?;
-                let fresh = ObjectAccel::new(instance.object);
+                let fresh = ObjectState::new(instance.object);
                 let slot = if let Some(slot) = free_slots.pop() {
-                    objects[slot as usize] = fresh;
+                    states[slot as usize] = fresh;
                     slot
                 } else {
-                    objects.push(fresh);
+                    states.push(fresh);
+                    objects.push(Arc::default());
                     outcomes.push(None);
                     shown.push(Shown::default());
-                    objects.len() as u32 - 1
+                    states.len() as u32 - 1
                 };
                 slot_of.insert(instance.object, slot);
                 Some(slot)
@@ -323,41 +252,47 @@ impl TwoLevel {
             if let Some(slot) = slot {
                 outcomes[slot as usize] = Some(Outcome::Unchanged);
                 let shown = &mut shown[slot as usize];
-                *shown = Shown { times: shown.times.saturating_add(1), number: number as u32 };
+                let mask = scene.objects.get(&instance.object).map_or(Mask::ALL, |object| object.mask);
+                states[slot as usize].set_mask(mask);
+                let masked = mask.and(instance.mask) != Mask::ALL;
+                *shown = Shown { times: shown.times.saturating_add(1), number: number as u32, masked };
             }
         }
         let mut stakes = Stakes::default();
-        let shown_objects = || objects.iter().zip(&*outcomes).filter(|(_, outcome)| outcome.is_some());
-        for (accel, _) in shown_objects() {
-            let part = scene.objects.get(&accel.name()).and_then(|object| accel.could_be_left_to_rays(object));
+        for ((state, accel), _) in states.iter().zip(&*objects).zip(&*outcomes).filter(|(_, outcome)| outcome.is_some())
+        {
+            let part = scene.objects.get(&state.name()).and_then(|object| state.could_be_left_to_rays(accel, object));
             part.inspect(|part| stakes.add(accel.triangles(), *part));
         }
         let traced = std::mem::take(self.traced.get_mut()) as f64 * 1e-9;
         let by_rays = self.balance.decide(traced, &stakes);
-        let met = objects.iter().map(ObjectAccel::met).sum::<u64>();
-        for accel in objects.iter_mut() {
-            accel.forget_touched();
-            accel.tell_traced(traced, met);
+        let met = objects.iter().map(|accel| accel.visits.met()).sum::<u64>();
+        for (state, accel) in states.iter_mut().zip(&mut *objects) {
+            state.tell_traced(traced, accel.visits.take_met(), met);
+            if let Some(accel) = Arc::get_mut(accel) {
+                accel.forget_touched();
+            }
         }
         let build_price = self.balance.fast_build();
         let forced = self.forced;
         let begin = Instant::now();
-        objects.par_iter_mut().zip(outcomes).zip(shown).for_each(|((accel, outcome), shown)| {
-            if let (Some(outcome), Some(object)) = (outcome, scene.objects.get(&accel.name())) {
+        let all = states.par_iter_mut().zip(&mut *objects).zip(outcomes).zip(shown);
+        all.for_each(|(((state, accel), outcome), shown)| {
+            if let (Some(outcome), Some(object)) = (outcome, scene.objects.get(&state.name())) {
                 let placed = (shown.times == 1 && object.motion == Motion::Static)
                     .then(|| instances[shown.number as usize].world_from_object)
                     // Others draw nothing, see place().
                     .filter(|m| invert(m).is_some());
-                *outcome = accel.update(object, forced, placed, by_rays, build_price);
+                *outcome = state.update(accel, object, forced, placed, by_rays, build_price);
             }
         });
         let wall = begin.elapsed().as_secs_f64();
         let mut ledger = Ledger::default();
-        for (accel, outcome) in self.objects.iter().zip(&self.outcomes) {
+        for ((state, accel), outcome) in self.states.iter().zip(&self.view.objects).zip(&self.outcomes) {
             if outcome.is_none() {
                 continue;
             }
-            let Spent { work, seconds } = accel.spent();
+            let Spent { work, seconds } = state.spent();
             ledger.all += seconds;
             let add = |done: &mut Done| {
                 done.triangles += accel.triangles() as f64;
@@ -368,7 +303,7 @@ impl TwoLevel {
                 Work::Sah if accel.triangles() >= LARGE => add(&mut ledger.builds),
                 _ => {}
             }
-            stats.objects_by_rays += u32::from(accel.is_left_to_rays());
+            stats.objects_by_rays += u32::from(state.is_left_to_rays(accel));
         }
         self.balance.learn(&ledger, wall);
         for outcome in self.outcomes.iter().flatten() {
@@ -387,6 +322,20 @@ impl TwoLevel {
             }
         }
     }
+}
+
+impl Deref for TwoLevel {
+    type Target = WorldView;
+
+    #[inline(always)]
+    fn deref(&self) -> &WorldView {
+        &self.view
+    }
+}
+
+/// The view, for an update to change: at its beginning it has seen to that nobody else holds it.
+fn exclusive(view: &mut Arc<WorldView>) -> &mut WorldView {
+    Arc::get_mut(view).expect("a snapshot is taken between updates")
 }
 
 #[cfg(test)]
@@ -408,7 +357,7 @@ mod tests {
         scene.apply(Command::UpdatePositions { name: 1, first: 0, positions });
     }
 
-    const HERE: [Instance; 1] = [Instance { object: 1, world_from_object: Affine3A::IDENTITY }];
+    const HERE: [Instance; 1] = [Instance::new(1, Affine3A::IDENTITY)];
 
     fn world(strategy: Strategy) -> TwoLevel {
         let mut world = TwoLevel::new(Level::Scalar);
@@ -528,7 +477,7 @@ mod tests {
         let mut scene = scene(soup(&mut random, 500, 0.1), Motion::Affine);
         scene.apply(Command::DefineObject { name: 2, mesh: soup(&mut random, 500, 0.1), motion: Motion::Affine });
         let mut world = world(Strategy::Sah);
-        let both = [1, 2, 1].map(|object| Instance { object, world_from_object: Affine3A::IDENTITY });
+        let both = [1, 2, 1].map(|object| Instance::new(object, Affine3A::IDENTITY));
         let one = world.update(&scene, &HERE);
         assert_eq!((one.objects_built, one.triangles), (1, 500));
         let two = world.update(&scene, &both);
@@ -541,7 +490,7 @@ mod tests {
         assert_eq!((after.objects_built, world.instances().len()), (0, 2));
         assert!(after.bytes < one.bytes + 5_000, "{} bytes, {} with one object", after.bytes, one.bytes);
         scene.apply(Command::DefineObject { name: 3, mesh: soup(&mut random, 10, 0.1), motion: Motion::Affine });
-        let third = [Instance { object: 3, world_from_object: Affine3A::IDENTITY }];
+        let third = [Instance::new(3, Affine3A::IDENTITY)];
         assert_eq!(world.update(&scene, &third).objects_built, 1);
         assert_eq!(world.objects().len(), 2);
         assert!(world.update(&scene, &[]).triangles == 0 && world.instances().is_empty());

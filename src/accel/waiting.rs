@@ -9,7 +9,7 @@
 //! to begin waiting costs nothing. But rays of other threads that come while the first one refits have to wait for it, and
 //! one thread refits. So an object that is looked at now and then is made to wait less and less often ([`Attention`]).
 
-use super::bvh::Bvh;
+use super::bvh::{Bvh, OutOfMemory};
 use super::lazy::Source;
 use super::object_accel::Structure;
 use super::vertex_box::box_of_all;
@@ -74,6 +74,26 @@ impl Waiting {
         self.fresh.get().is_some()
     }
 
+    /// Where the mesh is.
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// A copy of what [`Waiting::into_tree`] gives.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn copied_tree(&self) -> Result<Bvh, OutOfMemory> {
+        if let Some(bvh) = &*self.stale.lock().unwrap_or_else(PoisonError::into_inner) {
+            return bvh.try_clone();
+        }
+        // A ray of a snapshot may be at work on it at this moment: then its end is waited for.
+        match self.structure() {
+            Structure::Bvh(bvh) => bvh.try_clone(),
+            _ => Ok(Bvh::default()),
+        }
+    }
+
     /// The tree: as it was when it began to wait, or since a ray came.
     pub fn into_tree(self) -> Bvh {
         match self.fresh.into_inner() {
@@ -100,40 +120,45 @@ const MOST_PATIENCE: u32 = 32;
 /// Objects that rays meet more often in a frame are met equally often, as far as anyone knows: to go on counting would have threads wait for each other.
 const ENOUGH: u32 = 1024;
 
-/// Whether an object is looked at, and how often.
+/// Rays that have come to an object. Counted by rays of frames and of snapshots alike.
 #[derive(Debug, Default)]
-pub(super) struct Attention {
+pub(super) struct Visits {
     /// A ray has come since the last update that moved vertices.
     reached: AtomicBool,
     /// How often one came since the last update, up to [`ENOUGH`].
     met: AtomicU32,
-    unseen: u32,
-    patience: u32,
 }
 
-impl Attention {
+impl Clone for Visits {
+    fn clone(&self) -> Self {
+        let (reached, met) = (self.reached.load(Ordering::Relaxed), self.met.load(Ordering::Relaxed));
+        Self { reached: AtomicBool::new(reached), met: AtomicU32::new(met) }
+    }
+}
+
+impl Visits {
     /// A ray, or a packet of them, is here. Not written any more where many have come, so threads share the line.
     #[inline(always)]
-    pub fn reach(&self) {
+    pub fn count(&self) {
         if self.met.load(Ordering::Relaxed) < ENOUGH {
-            self.count();
+            self.count_one();
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn count(&self) {
+    fn count_one(&self) {
         self.met.fetch_add(1, Ordering::Relaxed);
         self.reached.store(true, Ordering::Relaxed);
     }
 
-    /// How often [`Attention::reach`] was called since the last [`Attention::take_met`], up to about [`ENOUGH`].
+    /// How often [`Visits::count`] was called since the last [`Visits::take_met`], up to about [`ENOUGH`].
     pub fn met(&self) -> u64 {
         u64::from(self.met.load(Ordering::Relaxed))
     }
 
-    pub fn take_met(&mut self) -> u64 {
-        u64::from(std::mem::take(self.met.get_mut()))
+    pub fn take_met(&self) -> u64 {
+        u64::from(self.met.swap(0, Ordering::Relaxed))
     }
 
     /// Whether a ray has come since the last update that moved vertices.
@@ -142,22 +167,31 @@ impl Attention {
     }
 
     /// Likewise, and all vertices move now.
-    pub fn take(&mut self) -> bool {
-        std::mem::take(self.reached.get_mut())
+    pub fn take_reached(&self) -> bool {
+        self.reached.swap(false, Ordering::Relaxed)
     }
+}
 
+/// Whether an object is looked at from frame to frame.
+#[derive(Debug, Default)]
+pub(super) struct Attention {
+    unseen: u32,
+    patience: u32,
+}
+
+impl Attention {
     /// Whether the object was looked at in the frame before the last move.
     pub fn was_reached(&self) -> bool {
         self.unseen == 0
     }
 
-    /// Vertices have moved: whether the object should wait for a ray. `had_to_come`: a ray came while it did.
-    pub fn should_wait(&mut self, had_to_come: bool) -> bool {
+    /// Vertices have moved: whether the object should wait for a ray. `reached`: one came since the move before ([`Visits::take_reached`]);
+    /// `had_to_come`: one came while the object waited.
+    pub fn should_wait(&mut self, reached: bool, had_to_come: bool) -> bool {
         if had_to_come {
             self.patience = (2 * self.patience + 1).min(MOST_PATIENCE);
         }
-        let reached = self.take() || had_to_come;
-        self.unseen = if reached { 0 } else { self.unseen + 1 };
+        self.unseen = if reached || had_to_come { 0 } else { self.unseen + 1 };
         self.unseen > self.patience
     }
 }
@@ -168,17 +202,17 @@ mod tests {
 
     #[test]
     fn who_is_looked_at_now_and_then_waits_less_often() {
-        let mut attention = Attention::default();
-        attention.reach();
-        assert!(!attention.should_wait(false), "a ray was there");
-        assert!(attention.should_wait(false), "and now none");
+        let (mut attention, visits) = (Attention::default(), Visits::default());
+        visits.count();
+        assert!(!attention.should_wait(visits.take_reached(), false), "a ray was there");
+        assert!(attention.should_wait(visits.take_reached(), false), "and now none");
         // A ray comes in every fourth frame, if the object waits or not.
         let (mut waits, mut came) = (Vec::new(), false);
         for frame in 0..64 {
-            let wait = attention.should_wait(std::mem::take(&mut came));
+            let wait = attention.should_wait(visits.take_reached(), std::mem::take(&mut came));
             if frame % 4 == 3 {
                 came = wait;
-                attention.reach();
+                visits.count();
             }
             waits.push(wait);
         }

@@ -87,7 +87,7 @@ impl Context {
 
     /// Adds an instance; room was reserved.
     pub(super) fn place(&mut self, object: Name, world_from_object: Affine3A) {
-        self.content.instances.push(Instance { object, world_from_object });
+        self.content.instances.push(Instance::new(object, world_from_object));
         let this_frame = self.frames + 1;
         if let Some(info) = self.objects.get_mut(&object) {
             info.used_in_frame = this_frame;
@@ -201,7 +201,7 @@ impl Context {
     pub(super) fn take_instances(&mut self, with_immediate: bool) -> Vec<Instance> {
         let mut instances = std::mem::take(&mut self.content.instances);
         if with_immediate {
-            instances.push(Instance { object: IMMEDIATE_OBJECT, world_from_object: Affine3A::IDENTITY });
+            instances.push(Instance::new(IMMEDIATE_OBJECT, Affine3A::IDENTITY));
         }
         instances
     }
@@ -212,7 +212,7 @@ impl Context {
         instances.try_reserve_exact(self.content.instances.len() + 1)?;
         instances.extend_from_slice(&self.content.instances);
         if with_immediate {
-            instances.push(Instance { object: IMMEDIATE_OBJECT, world_from_object: Affine3A::IDENTITY });
+            instances.push(Instance::new(IMMEDIATE_OBJECT, Affine3A::IDENTITY));
         }
         Ok(instances)
     }

@@ -60,7 +60,7 @@ impl World {
     fn add(&mut self, mesh: Mesh, world_from_object: Affine3A) {
         self.next += 1;
         self.scene.apply(Command::DefineObject { name: self.next, mesh, motion: Motion::Affine });
-        self.frame.instances.push(Instance { object: self.next, world_from_object });
+        self.frame.instances.push(Instance::new(self.next, world_from_object));
     }
 }
 

@@ -1,6 +1,6 @@
 //! What one frame shows: the part of the scene that is cleared every frame.
 
-use super::{Name, TopLevelKind, Upsampling};
+use super::{Mask, Name, TopLevelKind, Upsampling};
 use glam::Affine3A;
 use std::time::Duration;
 
@@ -9,6 +9,15 @@ use std::time::Duration;
 pub struct Instance {
     pub object: Name,
     pub world_from_object: Affine3A,
+    /// Rays see it that are in this mask and in the object's.
+    pub mask: Mask,
+}
+
+impl Instance {
+    /// An instance that all rays see.
+    pub const fn new(object: Name, world_from_object: Affine3A) -> Self {
+        Self { object, world_from_object, mask: Mask::ALL }
+    }
 }
 
 /// Pixel rectangle of the framebuffer that is rendered; origin at the lower left, as in OpenGL.

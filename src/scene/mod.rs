@@ -8,6 +8,7 @@
 mod command;
 mod frame_desc;
 mod key_frame;
+mod mask;
 mod mesh;
 mod moves;
 mod object;
@@ -20,6 +21,7 @@ mod upsampling;
 pub use command::Command;
 pub use frame_desc::{FrameDesc, Instance, Viewport};
 pub use key_frame::KeyFrame;
+pub use mask::Mask;
 pub use mesh::{Mesh, ParamStream};
 pub use moves::Moves;
 pub use object::{LazyShape, Motion, Object, Strategy};

@@ -1,6 +1,6 @@
 //! Objects: a mesh, how it moves, and what changed since when.
 
-use super::{KeyFrame, Mesh, Moves, key_frame};
+use super::{KeyFrame, Mask, Mesh, Moves, key_frame};
 use std::sync::Arc;
 
 /// How the application means to move an object (Wald03 §3). A promise that only costs speed when broken.
@@ -98,6 +98,8 @@ pub struct Object {
     pub motion: Motion,
     pub strategy: Strategy,
     pub lazy: LazyShape,
+    /// Rays see its instances that are in this mask and in the instance's.
+    pub mask: Mask,
     /// A static object built by binned SAH may have its triangles cut, for a better tree that takes longer to build.
     pub spatial_splits: bool,
     /// Grows when the object is defined anew: indices, counts or shaders changed.

@@ -90,10 +90,7 @@ mod tests {
         define(&mut scene, 1, &[5, 5, 6, 5, 0]);
         define(&mut scene, 2, &[7]);
         let frame = |objects: &[Name]| FrameDesc {
-            instances: objects
-                .iter()
-                .map(|&object| Instance { object, world_from_object: Affine3A::IDENTITY })
-                .collect(),
+            instances: objects.iter().map(|&object| Instance::new(object, Affine3A::IDENTITY)).collect(),
             ..FrameDesc::default()
         };
         let mut used = SurfaceUse::default();

@@ -5,17 +5,17 @@
 use super::packet_query::RayPacket;
 use super::packet_scene::Scratch;
 use super::shells::kernels_of;
-use super::{Hit, PreparedRay, Ray};
-use crate::accel::{Bvh, LazyBvh, TopLevelBvh, TwoLevel};
+use super::{Hit, PreparedRay, Ray, Scope};
+use crate::accel::{Bvh, LazyBvh, TopLevelBvh};
 use crate::simd::Level;
 
 type Intersect = unsafe fn(&Bvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
 type Occluded = unsafe fn(&Bvh, &PreparedRay) -> bool;
 type Lazy = unsafe fn(&LazyBvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
-type Scene = unsafe fn(&TwoLevel, &TopLevelBvh, &PreparedRay, &mut Hit) -> bool;
-type IntersectMany = unsafe fn(&TwoLevel, &[Ray], &mut [Option<Hit>]) -> bool;
-type OccludedMany = unsafe fn(&TwoLevel, &[Ray], &mut [bool]) -> bool;
-type PacketQuery = unsafe fn(&TwoLevel, &RayPacket, u64, &mut Scratch) -> u64;
+type Scene = unsafe fn(Scope<'_>, &TopLevelBvh, &PreparedRay, &mut Hit) -> bool;
+type IntersectMany = unsafe fn(Scope<'_>, &[Ray], &mut [Option<Hit>]) -> bool;
+type OccludedMany = unsafe fn(Scope<'_>, &[Ray], &mut [bool]) -> bool;
+type PacketQuery = unsafe fn(Scope<'_>, &RayPacket, u64, &mut Scratch) -> u64;
 
 /// The kernels of one level. Holding one proves that the processor can run them.
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +80,7 @@ impl Kernels {
     #[inline]
     pub(super) fn scene<const ANY: bool>(
         &self,
-        world: &TwoLevel,
+        world: Scope<'_>,
         tree: &TopLevelBvh,
         ray: &PreparedRay,
         best: &mut Hit,

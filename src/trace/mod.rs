@@ -6,6 +6,7 @@
 //! How that is kept: [`ray`] (slab distances), [`triangle`] (edge functions, clamped `t`).
 
 pub mod ray;
+mod scope;
 pub mod triangle;
 
 mod ground;
@@ -37,6 +38,7 @@ pub use hit::Hit;
 pub use kernels::Kernels;
 pub use packet_query::{PacketMemory, RayPacket};
 pub use ray::{PreparedRay, Ray, SLAB_PAD};
+pub use scope::Scope;
 pub use tracer::Tracer;
 
 #[cfg(test)]

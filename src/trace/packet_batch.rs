@@ -16,8 +16,7 @@ use super::packet::RAYS;
 use super::packet_scene::{Scratch, traverse};
 use super::shells::Shells;
 use super::turns::Habits;
-use super::{Hit, Kernels, Ray};
-use crate::accel::TwoLevel;
+use super::{Hit, Kernels, Ray, Scope};
 use crate::simd::{Isa, Vector};
 use std::cell::Cell;
 
@@ -38,7 +37,7 @@ const TRACED: u8 = 8;
 /// - The processor has the instruction set `I`, and `kernels` are its own.
 #[inline(always)]
 pub(super) unsafe fn trace_many<I: Shells, const ANY: bool>(
-    world: &TwoLevel,
+    world: Scope<'_>,
     kernels: &Kernels,
     rays: &[Ray],
     mut answer: impl FnMut(usize, Option<Hit>),
@@ -170,12 +169,13 @@ mod tests {
         for (name, mesh) in [(1, bumpy_sphere(40, 60)), (2, soup(&mut random, 2000, 0.1))] {
             scene.apply(Command::DefineObject { name, mesh, motion: Motion::Affine });
         }
-        let placed = |object, x: f32, scale: f32| Instance {
-            object,
-            world_from_object: Affine3A::from_translation(Vec3::new(x, 0.1, 0.0))
-                * Affine3A::from_scale(Vec3::splat(scale)),
+        let placed = |object, x: f32, scale: f32| {
+            Instance::new(
+                object,
+                Affine3A::from_translation(Vec3::new(x, 0.1, 0.0)) * Affine3A::from_scale(Vec3::splat(scale)),
+            )
         };
-        let own = Instance { object: 1, world_from_object: Affine3A::IDENTITY };
+        let own = Instance::new(1, Affine3A::IDENTITY);
         let scenes = [vec![own], vec![placed(1, 0.2, 0.7)], vec![own, placed(2, -0.4, 0.8), placed(1, 0.6, 0.3)]];
         for level in Level::available() {
             for instances in &scenes {

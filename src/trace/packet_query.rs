@@ -8,8 +8,7 @@ use super::packet::{LANES, Packet, RAYS, Rows};
 use super::packet_scene::{Scratch, traverse};
 use super::shells::Shells;
 use super::tracer::WORTH_A_PACKET;
-use super::{Hit, Kernels, Ray, Tracer};
-use crate::accel::TwoLevel;
+use super::{Hit, Kernels, Ray, Scope, Tracer};
 use crate::simd::bits;
 use glam::Vec3;
 
@@ -117,7 +116,7 @@ impl Tracer<'_> {
 /// - The processor has the instruction set `I`, and `kernels` are its own.
 #[inline(always)]
 pub(super) unsafe fn trace_packet<I: Shells, const ANY: bool>(
-    world: &TwoLevel,
+    world: Scope<'_>,
     kernels: &Kernels,
     rays: &RayPacket,
     mask: u64,

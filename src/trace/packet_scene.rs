@@ -16,8 +16,10 @@ use super::packet::{Found, GROUPS, LANES, Packet, Rows, groups};
 use super::packet_boxes::{Slabs, enters_box};
 use super::shells::Shells;
 use super::traverse_packet::{Alike, Leaves, traverse_packet};
-use super::{Hit, Kernels, PreparedRay, traverse_bsp, traverse_field, traverse_grid, traverse_lazy, traverse_scene};
-use crate::accel::{ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh, TwoLevel};
+use super::{
+    Hit, Kernels, PreparedRay, Scope, traverse_bsp, traverse_field, traverse_grid, traverse_lazy, traverse_scene,
+};
+use crate::accel::{ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh};
 use crate::simd::{Isa, Vector, bits};
 use glam::Mat3;
 
@@ -58,7 +60,7 @@ impl Scratch {
 /// # Safety
 /// - The processor has the instruction set `I`, and `kernels` are its own.
 #[inline(always)]
-pub(super) unsafe fn traverse<I: Shells, const ANY: bool>(world: &TwoLevel, kernels: &Kernels, scratch: &mut Scratch) {
+pub(super) unsafe fn traverse<I: Shells, const ANY: bool>(world: Scope<'_>, kernels: &Kernels, scratch: &mut Scratch) {
     // SAFETY: the caller's promise.
     unsafe {
         if world.some_untransformed() || matches!(world.top_level(), TopLevel::Bsp(_)) {
@@ -73,7 +75,7 @@ pub(super) unsafe fn traverse<I: Shells, const ANY: bool>(world: &TwoLevel, kern
 }
 
 /// Every ray by itself.
-fn alone<const ANY: bool>(world: &TwoLevel, kernels: &Kernels, scratch: &mut Scratch) {
+fn alone<const ANY: bool>(world: Scope<'_>, kernels: &Kernels, scratch: &mut Scratch) {
     let Scratch { world: rays, found, .. } = scratch;
     for r in bits(rays.usable) {
         let tmax = found.t[r / LANES][r % LANES];
@@ -88,7 +90,7 @@ fn alone<const ANY: bool>(world: &TwoLevel, kernels: &Kernels, scratch: &mut Scr
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-unsafe fn through_tree<I: Shells, const ANY: bool>(world: &TwoLevel, tree: &TopLevelBvh, scratch: &mut Scratch) {
+unsafe fn through_tree<I: Shells, const ANY: bool>(world: Scope<'_>, tree: &TopLevelBvh, scratch: &mut Scratch) {
     let Scratch { world: rays, local, near_org, far_org, found } = scratch;
     let rays = &*rays;
     let mut instances = Instances::<ANY> { world, refs: tree.refs(), rays, local };
@@ -120,7 +122,7 @@ unsafe fn through_tree<I: Shells, const ANY: bool>(world: &TwoLevel, tree: &TopL
 /// # Safety
 /// - The processor has the instruction set `I`.
 #[inline(always)]
-unsafe fn move_origins<I: Isa>(world: &TwoLevel, rays: &Packet, near_org: &mut [Rows; 3], far_org: &mut [Rows; 3]) {
+unsafe fn move_origins<I: Isa>(world: Scope<'_>, rays: &Packet, near_org: &mut [Rows; 3], far_org: &mut [Rows; 3]) {
     let error = world.origin_error().to_cols_array_2d();
     // SAFETY: the caller's promise.
     unsafe {
@@ -143,7 +145,7 @@ unsafe fn move_origins<I: Isa>(world: &TwoLevel, rays: &Packet, near_org: &mut [
 
 /// The instances of the top-level tree, as seen by a packet in the world.
 struct Instances<'a, const ANY: bool> {
-    world: &'a TwoLevel,
+    world: Scope<'a>,
     refs: &'a [u32],
     rays: &'a Packet,
     /// Memory for the packet in an object's space.
@@ -158,6 +160,9 @@ impl<const ANY: bool> Instances<'_, ANY> {
     #[inline(always)]
     unsafe fn visit<I: Shells>(&mut self, record: &InstanceRecord, mask: u64, found: &mut Found) {
         let Self { world, rays, ref mut local, .. } = *self;
+        if !world.sees(record) {
+            return;
+        }
         // SAFETY: the caller's promise.
         unsafe {
             let (packet, mask) = match &record.space {
@@ -270,7 +275,7 @@ impl<I: Shells, const ANY: bool> Leaves<I> for Instances<'_, ANY> {
         for &index in &self.refs[leaf.blocks()] {
             let mask = mask & found.open;
             // SAFETY: the caller's promise.
-            unsafe { self.visit::<I>(&self.world.instances()[index as usize], mask, found) };
+            unsafe { self.visit::<I>(&self.world.view().instances()[index as usize], mask, found) };
         }
         !ANY
     }

@@ -15,8 +15,8 @@ use super::traverse_bvh::traverse;
 use super::traverse_lazy::{self, View};
 use super::triangle4::{Edges, resolve};
 use super::turns::take_turns;
-use super::{Hit, PreparedRay, Ray, traverse_top_bvh};
-use crate::accel::{Bvh, ChildRef, LazyBvh, TopLevelBvh, Tri4, TwoLevel};
+use super::{Hit, PreparedRay, Ray, Scope, traverse_top_bvh};
+use crate::accel::{Bvh, ChildRef, LazyBvh, TopLevelBvh, Tri4};
 use crate::simd::{Isa, Level, Scalar};
 
 /// The shells within: parts of the kernels that are functions of their own. The loops around them keep their registers, and code that is
@@ -120,7 +120,7 @@ macro_rules! shells {
             /// - The processor has the features named.
             $(#[target_feature(enable = $feature)])*
             pub(super) unsafe fn scene_intersect(
-                world: &TwoLevel,
+                world: Scope<'_>,
                 tree: &TopLevelBvh,
                 ray: &PreparedRay,
                 best: &mut Hit,
@@ -132,7 +132,7 @@ macro_rules! shells {
             /// # Safety
             /// - The processor has the features named.
             $(#[target_feature(enable = $feature)])*
-            unsafe fn intersect_many(world: &TwoLevel, rays: &[Ray], hits: &mut [Option<Hit>]) -> bool {
+            unsafe fn intersect_many(world: Scope<'_>, rays: &[Ray], hits: &mut [Option<Hit>]) -> bool {
                 // SAFETY: the caller's promise.
                 unsafe { trace_many::<$isa, false>(world, &KERNELS, rays, |i, hit| hits[i] = hit) }
             }
@@ -141,7 +141,7 @@ macro_rules! shells {
             /// - The processor has the features named.
             $(#[target_feature(enable = $feature)])*
             pub(super) unsafe fn scene_occluded(
-                world: &TwoLevel,
+                world: Scope<'_>,
                 tree: &TopLevelBvh,
                 ray: &PreparedRay,
                 best: &mut Hit,
@@ -153,7 +153,7 @@ macro_rules! shells {
             /// # Safety
             /// - The processor has the features named.
             $(#[target_feature(enable = $feature)])*
-            unsafe fn occluded_many(world: &TwoLevel, rays: &[Ray], answers: &mut [bool]) -> bool {
+            unsafe fn occluded_many(world: Scope<'_>, rays: &[Ray], answers: &mut [bool]) -> bool {
                 // SAFETY: the caller's promise.
                 unsafe { trace_many::<$isa, true>(world, &KERNELS, rays, |i, hit| answers[i] = hit.is_some()) }
             }
@@ -204,7 +204,7 @@ macro_rules! shells {
             /// # Safety
             /// - The processor has the features named.
             $(#[target_feature(enable = $feature)])*
-            unsafe fn intersect_packet(world: &TwoLevel, rays: &RayPacket, mask: u64, scratch: &mut Scratch) -> u64 {
+            unsafe fn intersect_packet(world: Scope<'_>, rays: &RayPacket, mask: u64, scratch: &mut Scratch) -> u64 {
                 // SAFETY: the caller's promise.
                 unsafe { trace_packet::<$isa, false>(world, &KERNELS, rays, mask, scratch) }
             }
@@ -212,7 +212,7 @@ macro_rules! shells {
             /// # Safety
             /// - The processor has the features named.
             $(#[target_feature(enable = $feature)])*
-            unsafe fn occluded_packet(world: &TwoLevel, rays: &RayPacket, mask: u64, scratch: &mut Scratch) -> u64 {
+            unsafe fn occluded_packet(world: Scope<'_>, rays: &RayPacket, mask: u64, scratch: &mut Scratch) -> u64 {
                 // SAFETY: the caller's promise.
                 unsafe { trace_packet::<$isa, true>(world, &KERNELS, rays, mask, scratch) }
             }

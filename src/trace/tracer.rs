@@ -1,7 +1,8 @@
 //! The face of the kernels: queries against the two-level structure of one frame.
 
-use super::{Hit, Kernels, PreparedRay, Ray, traverse_scene};
-use crate::accel::TwoLevel;
+use super::{Hit, Kernels, PreparedRay, Ray, Scope, traverse_scene};
+use crate::accel::WorldView;
+use crate::scene::Mask;
 
 /// Directions whose largest component is outside of this range are scaled by a power of two first, so that their
 /// transforms, reciprocals and products stay clear of overflow and denormals.
@@ -13,18 +14,25 @@ pub(super) const WORTH_A_PACKET: usize = 4;
 /// Answers ray queries against one frame's structures. Cheap to copy; shared by all threads.
 #[derive(Clone, Copy)]
 pub struct Tracer<'a> {
-    pub(super) world: &'a TwoLevel,
+    pub(super) world: Scope<'a>,
     pub(super) kernels: Kernels,
 }
 
 impl<'a> Tracer<'a> {
-    pub fn new(world: &'a TwoLevel) -> Self {
-        Self { world, kernels: Kernels::new(world.level()) }
+    /// Answers for rays that see everything.
+    pub fn new(world: &'a WorldView) -> Self {
+        Self { world: Scope::new(world, Mask::ALL), kernels: Kernels::new(world.level()) }
+    }
+
+    /// The same for rays that see the instances whose mask has a bit in common with `mask`.
+    #[inline]
+    pub fn masked(&self, mask: Mask) -> Self {
+        Self { world: Scope::new(self.world.view(), mask), ..*self }
     }
 
     /// The structures that are traced.
-    pub fn world(&self) -> &'a TwoLevel {
-        self.world
+    pub fn world(&self) -> &'a WorldView {
+        self.world.view()
     }
 
     /// The closest hit of `ray` (world space). A ray with a component that is not finite, a direction of 0 or an empty

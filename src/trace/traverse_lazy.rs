@@ -365,7 +365,7 @@ mod tests {
         let mut random = Random::new(seed);
         let mut scene = Scene::default();
         scene.apply(Command::DefineObject { name: 1, mesh: bumpy_sphere(40, 60), motion: Motion::Unstructured });
-        let instances = [Instance { object: 1, world_from_object: Affine3A::IDENTITY }];
+        let instances = [Instance::new(1, Affine3A::IDENTITY)];
         let rays: Vec<Ray> = (0..700)
             .map(|i| {
                 let org = random.vec() * 3.0;

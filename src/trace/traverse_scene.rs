@@ -20,8 +20,8 @@
 //! Within the object all comparisons are exact (the hit is clamped to the triangle's box in object space, and the transformed ray is
 //! the same bits wherever it comes from), and hits at equal `t` are compared by number. So the winner is always found, and found to be the same.
 
-use super::{Hit, Kernels, PreparedRay, Ray, SLAB_PAD, traverse_bsp, traverse_field, traverse_grid};
-use crate::accel::{Aabb, InstanceRecord, Space, Structure, TOP_MAX_DEPTH, TopLevel, TopLevelBsp, TopNode, TwoLevel};
+use super::{Hit, Kernels, PreparedRay, Ray, SLAB_PAD, Scope, traverse_bsp, traverse_field, traverse_grid};
+use crate::accel::{Aabb, InstanceRecord, Space, Structure, TOP_MAX_DEPTH, TopLevel, TopLevelBsp, TopNode};
 use glam::{Affine3A, Vec3};
 
 /// Instances are remembered by the low bits of their index.
@@ -45,7 +45,7 @@ pub(super) struct SceneRay {
 
 impl SceneRay {
     #[inline(always)]
-    pub fn new(world: &TwoLevel, ray: &PreparedRay) -> Self {
+    pub fn new(world: Scope<'_>, ray: &PreparedRay) -> Self {
         let m = world.origin_error();
         let o = ray.org.abs();
         let error = (m.x_axis * o.x + m.y_axis * o.y) + m.z_axis * o.z;
@@ -79,7 +79,7 @@ pub(super) fn transform(object_from_world: &Affine3A, ray: &PreparedRay) -> Ray 
 /// Looks for hits of `ray` in the whole scene. With `ANY` the first one ends the search and `best` stays; else `best` is
 /// replaced by the hit that wins, if there is one. Returns whether there is a hit.
 pub(super) fn traverse<const ANY: bool>(
-    world: &TwoLevel,
+    world: Scope<'_>,
     kernels: &Kernels,
     ray: &PreparedRay,
     best: &mut Hit,
@@ -101,7 +101,7 @@ pub(super) fn traverse<const ANY: bool>(
 }
 
 fn traverse_bsp_of_instances<const ANY: bool>(
-    world: &TwoLevel,
+    world: Scope<'_>,
     tree: &TopLevelBsp,
     kernels: &Kernels,
     ray: &PreparedRay,
@@ -183,13 +183,16 @@ fn traverse_bsp_of_instances<const ANY: bool>(
 /// The ray in one instance, from the transform on.
 #[inline]
 fn visit<const ANY: bool>(
-    world: &TwoLevel,
+    world: Scope<'_>,
     kernels: &Kernels,
     record: &InstanceRecord,
     ray: &PreparedRay,
     best: &mut Hit,
 ) -> bool {
-    let accel = || &world.objects()[record.slot as usize];
+    if !world.sees(record) {
+        return false;
+    }
+    let accel = || &*world.objects()[record.slot as usize];
     let transformed;
     let local = match &record.space {
         Space::Object { object_from_world } => {
@@ -218,7 +221,7 @@ fn visit<const ANY: bool>(
 }
 
 /// The ray in the tree of merged static instances.
-fn visit_merged<const ANY: bool>(world: &TwoLevel, kernels: &Kernels, ray: &PreparedRay, best: &mut Hit) -> bool {
+fn visit_merged<const ANY: bool>(world: Scope<'_>, kernels: &Kernels, ray: &PreparedRay, best: &mut Hit) -> bool {
     let Some(merged) = world.merged() else { return false };
     if ANY {
         return kernels.occluded(merged.bvh(), ray);

@@ -11,8 +11,8 @@
 use super::shells::Shells;
 use super::stack::{STACK, Stack, pop, push};
 use super::traverse_scene::{SceneRay, transform};
-use super::{Hit, PreparedRay, SLAB_PAD, traverse_bsp, traverse_field, traverse_grid, traverse_lazy};
-use crate::accel::{ChildRef, InstanceRecord, Node8, Space, Structure, TopLevelBvh, TwoLevel};
+use super::{Hit, PreparedRay, SLAB_PAD, Scope, traverse_bsp, traverse_field, traverse_grid, traverse_lazy};
+use crate::accel::{ChildRef, InstanceRecord, Node8, Space, Structure, TopLevelBvh};
 use crate::simd::{Isa, Vector};
 use std::mem::MaybeUninit;
 
@@ -69,7 +69,7 @@ impl<I: Isa> SlabLanes<I> {
 /// - The processor has the instruction set `I`.
 #[inline(always)]
 pub(super) unsafe fn traverse<I: Shells, const ANY: bool>(
-    world: &TwoLevel,
+    world: Scope<'_>,
     tree: &TopLevelBvh,
     ray: &PreparedRay,
     best: &mut Hit,
@@ -130,11 +130,14 @@ pub(super) unsafe fn traverse<I: Shells, const ANY: bool>(
 /// - The processor has the instruction set `I`.
 #[inline(always)]
 unsafe fn visit<I: Shells, const ANY: bool>(
-    world: &TwoLevel,
+    world: Scope<'_>,
     record: &InstanceRecord,
     ray: &PreparedRay,
     best: &mut Hit,
 ) -> bool {
+    if !world.sees(record) {
+        return false;
+    }
     let transformed;
     let (local, bvh) = match &record.space {
         Space::Merged => {

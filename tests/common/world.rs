@@ -25,7 +25,7 @@ impl World {
             scene.apply(Command::DefineObject { name: i as u32 + 1, mesh, motion: Motion::Affine });
         }
         let instances =
-            instances.into_iter().map(|(object, world_from_object)| Instance { object, world_from_object }).collect();
+            instances.into_iter().map(|(object, world_from_object)| Instance::new(object, world_from_object)).collect();
         Self { scene, instances }
     }
 

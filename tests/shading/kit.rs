@@ -56,7 +56,7 @@ impl World {
     }
 
     pub fn place(&mut self, object: Name, world_from_object: Affine3A) {
-        self.frame.instances.push(Instance { object, world_from_object });
+        self.frame.instances.push(Instance::new(object, world_from_object));
     }
 
     pub fn add(&mut self, mesh: Mesh) {

@@ -2,8 +2,9 @@
 //!
 //! What has changed is told by the version counters of the [`Object`]; what is done about it is decided in [`crate::accel::strategy`].
 
+use super::state::Scratch;
 use super::worth::Worth;
-use super::{ObjectAccel, Outcome, Scratch, Spent, Structure, Work};
+use super::{ObjectAccel, ObjectState, Outcome, Spent, Structure, Work, exclusive};
 use crate::accel::bsp::Bsp;
 use crate::accel::bsp_build::Quality;
 use crate::accel::build_fast::{FastScratch, build_fast, rebuild_fast};
@@ -35,11 +36,13 @@ enum Waited {
     AndWasReached,
 }
 
-impl ObjectAccel {
-    /// Brings the structure in line with `object`, in world space if `placed` tells where. `build_price`: seconds that a fast build takes per triangle, if that is
-    /// known. To be called inside the pool.
+impl ObjectState {
+    /// Brings the object's structure in line with `object`, in world space if `placed` tells where. A structure that a snapshot holds stays as it is:
+    /// then `shared` is another one afterwards. `build_price`: seconds that a fast build takes per triangle, if that is known. To be called inside the
+    /// pool.
     pub(in crate::accel) fn update(
         &mut self,
+        shared: &mut Arc<ObjectAccel>,
         object: &Object,
         forced: Option<Strategy>,
         placed: Option<Affine3A>,
@@ -47,7 +50,6 @@ impl ObjectAccel {
         build_price: Option<f64>,
     ) -> Outcome {
         self.spent = Spent::default();
-        self.triangles = object.mesh.triangles.len() as u64;
         let same_topology = self.made_with.is_some() && self.topology_version == object.topology_version;
         let same_place = self.placed == placed;
         let same_vertices = same_topology && same_place && self.vertex_version == object.vertex_version;
@@ -55,19 +57,8 @@ impl ObjectAccel {
         let method = Method::choose(object, forced, redefined);
         let same_method = self.made_with == Some(method);
         let follows = method.follows_keys() && placed.is_none() && !object.keys.is_empty();
-        if same_vertices && same_method && self.keys.are_current(object, follows) {
-            self.calm = self.calm.saturating_add(1);
-            // At rest, it needs no memory for builds.
-            self.scratch = Scratch::default();
-            if let (Structure::Lazy(lazy), None) = (&mut self.structure, moved_by(placed)) {
-                lazy.set_source(Source::Scene(Arc::downgrade(&object.mesh)));
-            }
-            if let Structure::Field(field) = &mut self.structure {
-                field.rest();
-            }
-            if let Some(waiting) = &mut self.waiting {
-                waiting.set_source(Source::Scene(Arc::downgrade(&object.mesh)));
-            }
+        let unchanged = same_vertices && same_method && self.keys.are_current(object, follows);
+        if unchanged && self.stays(shared, object, placed) {
             return Outcome::Unchanged;
         }
         let begin = Instant::now();
@@ -78,26 +69,28 @@ impl ObjectAccel {
         }
         self.calm = 0;
         self.placed = placed;
-        let waited = self.stop_waiting();
+        let same_tree = same_topology && same_method;
         let outcome = world_mesh(&object.mesh, placed).and_then(|mesh| {
+            let (accel, waited) = take_over(shared, &mesh, same_tree && method.follows_moves());
+            accel.triangles = mesh.triangles.len() as u64;
             let stays = same_place && matches!(mesh, Located::Object(_));
             // A tree that has waited in vain is behind by more than the last move.
             let stays = stays && waited != Some(Waited::InVain);
             let moved = if stays { object.moves.since(self.vertex_version.max(self.topology_version)) } else { None };
-            let same_tree = same_topology && same_method;
-            let (moved, built) = self.follow_keys(object, &mesh, method, (follows, same_tree), moved)?;
+            let mut change = Change { state: self, accel };
+            let (moved, built) = change.follow_keys(object, &mesh, method, (follows, same_tree), moved)?;
             let kept = same_tree || built > 0;
-            if same_tree && method.may_wait() && self.wait(&mesh, waited) {
+            if same_tree && method.may_wait() && change.wait(&mesh, waited) {
                 return Ok(Outcome::Waits);
             }
             let whole = same_tree && method.may_wait() && moved.is_none();
-            if let Some(outcome) = if whole { self.leave_to_rays(&mesh, by_rays) } else { None } {
+            if let Some(outcome) = if whole { change.leave_to_rays(&mesh, by_rays) } else { None } {
                 return Ok(outcome);
             }
-            match if kept { self.refit(&mesh, method, moved, build_price) } else { None } {
+            match if kept { change.refit(&mesh, method, moved, build_price) } else { None } {
                 Some(Outcome::Refitted(nodes)) if built > 0 => Ok(Outcome::Built(nodes)),
                 Some(outcome) => Ok(outcome),
-                None => self.build(object, &mesh, method, hurried),
+                None => change.build(object, &mesh, method, hurried),
             }
         });
         self.topology_version = object.topology_version;
@@ -109,7 +102,7 @@ impl ObjectAccel {
                 outcome
             }
             Err(error) => {
-                self.structure = Structure::None;
+                exclusive(shared).structure = Structure::None;
                 self.keys.clear();
                 self.made_with = None;
                 Outcome::Failed(error)
@@ -117,6 +110,66 @@ impl ObjectAccel {
         }
     }
 
+    /// Nothing that concerns the structure has changed. False if it must be made again all the same: a snapshot holds it, with the mesh that it was made
+    /// from, which is not the scene's any more.
+    fn stays(&mut self, shared: &mut Arc<ObjectAccel>, object: &Object, placed: Option<Affine3A>) -> bool {
+        let here = || Source::Scene(Arc::downgrade(&object.mesh));
+        match Arc::get_mut(shared) {
+            Some(accel) => {
+                if let (Structure::Lazy(lazy), None) = (&mut accel.structure, moved_by(placed)) {
+                    lazy.set_source(here());
+                }
+                if let Structure::Field(field) = &mut accel.structure {
+                    field.rest();
+                }
+                if let Some(waiting) = &mut accel.waiting {
+                    waiting.set_source(here());
+                }
+            }
+            None => {
+                let source = match (&shared.waiting, &shared.structure) {
+                    (Some(waiting), _) => Some(waiting.source()),
+                    (None, Structure::Lazy(lazy)) => Some(lazy.source()),
+                    _ => None,
+                };
+                if source.is_some_and(|source| source.is_elsewhere(&object.mesh)) {
+                    return false;
+                }
+            }
+        }
+        self.calm = self.calm.saturating_add(1);
+        // At rest, it needs no memory for builds.
+        self.scratch = Scratch::default();
+        true
+    }
+}
+
+/// The object for an update to change, and how its waiting for a ray ended. Of what a snapshot holds, a tree that `follows` moves is copied.
+fn take_over<'a>(
+    shared: &'a mut Arc<ObjectAccel>,
+    mesh: &Located<'_>,
+    follows: bool,
+) -> (&'a mut ObjectAccel, Option<Waited>) {
+    let reached = |waiting: &Waiting| if waiting.was_reached() { Waited::AndWasReached } else { Waited::InVain };
+    let waited = shared.waiting.as_deref().map(reached);
+    if Arc::get_mut(shared).is_none() {
+        let copy = if follows { shared.copied(mesh, mesh.source()) } else { None };
+        exclusive(shared).structure = copy.unwrap_or_default();
+    }
+    let accel = exclusive(shared);
+    if let Some(waiting) = accel.waiting.take() {
+        accel.structure = Structure::Bvh(waiting.into_tree());
+    }
+    (accel, waited)
+}
+
+/// An update at work.
+struct Change<'a> {
+    state: &'a mut ObjectState,
+    accel: &'a mut ObjectAccel,
+}
+
+impl Change<'_> {
     /// Changes to the tree of the active key frame. Returns which vertices it still has to follow, out of those that `moved`, and how many trees were built.
     fn follow_keys(
         &mut self,
@@ -126,23 +179,23 @@ impl ObjectAccel {
         (follows, same_tree): (bool, bool),
         moved: Option<Vec<u32>>,
     ) -> Result<(Option<Vec<u32>>, usize), OutOfMemory> {
-        let mut keys = std::mem::take(&mut self.keys);
+        let mut keys = std::mem::take(&mut self.state.keys);
         if !same_tree {
             keys.clear();
         }
-        let mut tree = if same_tree || !follows { std::mem::take(&mut self.structure) } else { Structure::None };
+        let mut tree = if same_tree || !follows { std::mem::take(&mut self.accel.structure) } else { Structure::None };
         let followed = keys.follow(object, follows, &mut tree, |key| {
             Ok(match method {
                 Method::Lazy(shape) => Structure::Lazy(LazyBvh::new(key, mesh.source(), shape)?),
                 _ => Structure::Bvh(build_sah(key)?),
             })
         })?;
-        self.structure = tree;
-        self.keys = keys;
+        self.accel.structure = tree;
+        self.state.keys = keys;
         if !followed.switched {
             return Ok((moved, followed.built));
         }
-        self.links = None;
+        self.state.links = None;
         Ok((None, followed.built))
     }
 
@@ -155,19 +208,19 @@ impl ObjectAccel {
         moved: Option<Vec<u32>>,
         build_price: Option<f64>,
     ) -> Option<Outcome> {
-        if let Structure::Lazy(lazy) = &mut self.structure {
+        if let Structure::Lazy(lazy) = &mut self.accel.structure {
             // Without memory for a partial update it is a complete one.
             let some = moved.and_then(|vertices| lazy.moved_some(mesh, mesh.source(), &vertices).ok());
-            let moved = some.or_else(|| lazy.moved(mesh, mesh.source(), self.attention.take()));
+            let moved = some.or_else(|| lazy.moved(mesh, mesh.source(), self.accel.visits.take_reached()));
             return moved.map(Outcome::Refitted);
         }
-        if let Structure::Field(field) = &mut self.structure {
+        if let Structure::Field(field) = &mut self.accel.structure {
             return field.moved(mesh, moved.as_deref()).map(Outcome::Refitted);
         }
         if let Some(nodes) = moved.and_then(|vertices| self.refit_moved(mesh, method, &vertices)) {
             return Some(Outcome::Refitted(nodes));
         }
-        let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.structure, method) else { return None };
+        let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.accel.structure, method) else { return None };
         match moved {
             Moved::Rebuild => None,
             Moved::Refit => (bvh.refit(mesh) == Refit::Done).then(|| Outcome::Refitted(bvh.nodes().len())),
@@ -177,33 +230,33 @@ impl ObjectAccel {
 
     /// Refits with rotations.
     fn rotate(&mut self, mesh: &Mesh, build_price: Option<f64>) -> Option<Outcome> {
-        let Structure::Bvh(bvh) = &mut self.structure else { return None };
-        let cold = if self.scratch.fast.memory_bytes() == 0 { COLD } else { 1.0 };
-        let price = build_price.map(|per_triangle| per_triangle * self.triangles as f64 * cold);
-        if bvh.can_hold(mesh) && self.worth.needs_no_trial(price) {
+        let Structure::Bvh(bvh) = &mut self.accel.structure else { return None };
+        let cold = if self.state.scratch.fast.memory_bytes() == 0 { COLD } else { 1.0 };
+        let price = build_price.map(|per_triangle| per_triangle * self.accel.triangles as f64 * cold);
+        if bvh.can_hold(mesh) && self.state.worth.needs_no_trial(price) {
             return self.renew(mesh);
         }
-        self.patched = 0;
-        self.spent.work = Work::Refit;
-        let cost = bvh.rotate(mesh, &mut self.wear)?;
-        let wear = if cost > self.cost_when_built { cost / self.cost_when_built } else { 1.0 };
-        let builds = self.worth.try_refit(wear, wear > WORN, price);
-        if self.wear.was_restructured() {
+        self.state.patched = 0;
+        self.state.spent.work = Work::Refit;
+        let cost = bvh.rotate(mesh, &mut self.state.wear)?;
+        let wear = if cost > self.state.cost_when_built { cost / self.state.cost_when_built } else { 1.0 };
+        let builds = self.state.worth.try_refit(wear, wear > WORN, price);
+        if self.state.wear.was_restructured() {
             // They are ways through another tree.
-            self.links = None;
-            self.spent.work = Work::Other;
-            self.by_rays.wore();
+            self.state.links = None;
+            self.state.spent.work = Work::Other;
+            self.state.by_rays.wore();
         }
         if builds { self.renew(mesh) } else { Some(Outcome::Refitted(bvh.nodes().len())) }
     }
 
     /// What a move of all vertices asks for if rays are to bring the tree up to date (`by_rays`), or did so. None if it is to be refit now.
     fn leave_to_rays(&mut self, mesh: &Located<'_>, by_rays: bool) -> Option<Outcome> {
-        if let Structure::Lazy(lazy) = &mut self.structure {
-            let was_reached = self.attention.was_reached();
-            let worn = was_reached && self.by_rays.wear(lazy) > WORN;
+        if let Structure::Lazy(lazy) = &mut self.accel.structure {
+            let was_reached = self.state.attention.was_reached();
+            let worn = was_reached && self.state.by_rays.wear(lazy) > WORN;
             if worn {
-                self.by_rays.wore();
+                self.state.by_rays.wore();
             }
             if worn || (was_reached && !by_rays) {
                 return self.renew(mesh);
@@ -211,76 +264,70 @@ impl ObjectAccel {
             let nodes = lazy.moved(mesh, mesh.source(), was_reached)?;
             return Some(if was_reached { Outcome::Refitted(nodes) } else { Outcome::Waits });
         }
-        let may = self.by_rays.may() && by_rays && self.triangles >= LARGE && self.attention.was_reached();
-        match &self.structure {
+        let may =
+            self.state.by_rays.may() && by_rays && self.accel.triangles >= LARGE && self.state.attention.was_reached();
+        match &self.accel.structure {
             Structure::Bvh(bvh) if may && bvh.may_wait(mesh) => {
                 // Without memory it goes on as it was.
                 let lazy = LazyBvh::of(bvh, mesh, mesh.source(), LazyShape::default()).ok()?;
                 let nodes = lazy.nodes();
-                self.structure = Structure::Lazy(lazy);
-                self.links = None;
-                self.wear = Wear::default();
-                self.by_rays.begin();
+                self.accel.structure = Structure::Lazy(lazy);
+                self.state.links = None;
+                self.state.wear = Wear::default();
+                self.state.by_rays.begin();
                 Some(Outcome::Built(nodes))
             }
             _ => None,
         }
     }
 
-    /// Puts a tree that waited for a ray back in its place.
-    fn stop_waiting(&mut self) -> Option<Waited> {
-        let waiting = self.waiting.take()?;
-        let waited = if waiting.was_reached() { Waited::AndWasReached } else { Waited::InVain };
-        self.structure = Structure::Bvh(waiting.into_tree());
-        Some(waited)
-    }
-
     /// Lets the tree wait for a ray, if none was there lately.
     fn wait(&mut self, mesh: &Located<'_>, waited: Option<Waited>) -> bool {
-        let should = self.attention.should_wait(waited == Some(Waited::AndWasReached));
-        match std::mem::take(&mut self.structure) {
+        let should =
+            self.state.attention.should_wait(self.accel.visits.take_reached(), waited == Some(Waited::AndWasReached));
+        match std::mem::take(&mut self.accel.structure) {
             Structure::Bvh(bvh) if should && bvh.may_wait(mesh) => {
-                self.waiting = Some(Box::new(Waiting::new(bvh, mesh, mesh.source())));
+                self.accel.waiting = Some(Box::new(Waiting::new(bvh, mesh, mesh.source())));
                 true
             }
             other => {
-                self.structure = other;
+                self.accel.structure = other;
                 false
             }
         }
     }
 
-    /// Builds the worn tree anew, fast. `None` if memory ran out: then [`ObjectAccel::build`] tells how much.
+    /// Builds the worn tree anew, fast. `None` if memory ran out: then [`Change::build`] tells how much.
     fn renew(&mut self, mesh: &Mesh) -> Option<Outcome> {
-        let old = match std::mem::take(&mut self.structure) {
+        let old = match std::mem::take(&mut self.accel.structure) {
             Structure::Bvh(bvh) => bvh,
             _ => Bvh::default(),
         };
-        self.links = None;
-        self.wear.clear();
-        self.spent.work = Work::Other;
-        let bvh = rebuild_fast(mesh, old, &mut self.scratch.fast).ok()?;
-        self.cost_when_built = bvh.sah_cost();
-        self.worth.renewed();
+        self.state.links = None;
+        self.state.wear.clear();
+        self.state.spent.work = Work::Other;
+        let bvh = rebuild_fast(mesh, old, &mut self.state.scratch.fast).ok()?;
+        self.state.cost_when_built = bvh.sah_cost();
+        self.state.worth.renewed();
         let nodes = bvh.nodes().len();
-        self.structure = Structure::Bvh(bvh);
+        self.accel.structure = Structure::Bvh(bvh);
         Some(Outcome::Built(nodes))
     }
 
     /// The partial refit, which says how many nodes it looked at; `None` where a complete one or a build is due.
     fn refit_moved(&mut self, mesh: &Mesh, method: Method, vertices: &[u32]) -> Option<usize> {
-        let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.structure, method) else { return None };
+        let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.accel.structure, method) else { return None };
         if !matches!(moved, Moved::Refit | Moved::Auto) {
             return None;
         }
-        let links = match self.links.take() {
+        let links = match self.state.links.take() {
             Some(links) => links,
             None => bvh.links(mesh).ok()?,
         };
-        let (refit, nodes) = bvh.refit_moved(mesh, vertices, self.links.insert(links));
-        self.patched += nodes;
+        let (refit, nodes) = bvh.refit_moved(mesh, vertices, self.state.links.insert(links));
+        self.state.patched += nodes;
         // Wear is a property of all nodes, so it is looked at when as many have been.
-        let looks = moved == Moved::Auto && self.patched > bvh.nodes().len();
+        let looks = moved == Moved::Auto && self.state.patched > bvh.nodes().len();
         (refit == Refit::Done && !looks).then_some(nodes)
     }
 
@@ -292,45 +339,45 @@ impl ObjectAccel {
         hurried: bool,
     ) -> Result<Outcome, OutOfMemory> {
         // The old structure goes first, or becomes the new one's memory: both together may not fit.
-        let old = std::mem::take(&mut self.structure);
-        self.links = None;
-        if self.topology_version != object.topology_version || self.made_with.is_none() {
-            self.definitions += 1;
+        let old = std::mem::take(&mut self.accel.structure);
+        self.state.links = None;
+        if self.state.topology_version != object.topology_version || self.state.made_with.is_none() {
+            self.state.definitions += 1;
         }
         let nodes = match method {
             Method::Bsp { fast } => {
                 let recycled = if let Structure::Bsp(bsp) = old { Some(bsp) } else { None };
                 let quality = if fast { Quality::Fast } else { Quality::Sah };
                 let bsp = Bsp::new(mesh, quality, recycled)?;
-                self.structure = Structure::Bsp(bsp);
+                self.accel.structure = Structure::Bsp(bsp);
                 0
             }
             Method::Grid => {
                 let recycled = if let Structure::Grid(grid) = old { grid } else { Grid::default() };
-                self.structure = Structure::Grid(Grid::new(mesh, recycled)?);
+                self.accel.structure = Structure::Grid(Grid::new(mesh, recycled)?);
                 0
             }
             Method::Field => {
                 let recycled = if let Structure::Field(field) = old { Some(field) } else { None };
-                self.structure = Structure::Field(VisibilityField::new(mesh, recycled)?);
+                self.accel.structure = Structure::Field(VisibilityField::new(mesh, recycled)?);
                 0
             }
             Method::Lazy(shape) => {
                 drop(old);
                 let lazy = LazyBvh::new(mesh, mesh.source(), shape)?;
                 let nodes = lazy.nodes();
-                self.structure = Structure::Lazy(lazy);
+                self.accel.structure = Structure::Lazy(lazy);
                 nodes
             }
             Method::SpatialSplits => {
                 drop(old);
                 let bvh = if hurried { build_fast(mesh)? } else { build_spatial(mesh)? };
                 let nodes = bvh.nodes().len();
-                self.structure = Structure::Bvh(bvh);
+                self.accel.structure = Structure::Bvh(bvh);
                 nodes
             }
             Method::Bvh { fast, moved } => {
-                self.spent.work = if fast || hurried { Work::Other } else { Work::Sah };
+                self.state.spent.work = if fast || hurried { Work::Other } else { Work::Sah };
                 let rotates = matches!(moved, Moved::Rotate | Moved::Auto);
                 let recycled = match old {
                     Structure::Bvh(bvh) => bvh,
@@ -339,11 +386,11 @@ impl ObjectAccel {
                 };
                 let bvh = self.build_bvh(mesh, fast || hurried, recycled)?;
                 if rotates {
-                    (self.wear, self.worth) = (Wear::default(), Worth::default());
-                    self.cost_when_built = bvh.sah_cost();
+                    (self.state.wear, self.state.worth) = (Wear::default(), Worth::default());
+                    self.state.cost_when_built = bvh.sah_cost();
                 }
                 let nodes = bvh.nodes().len();
-                self.structure = Structure::Bvh(bvh);
+                self.accel.structure = Structure::Bvh(bvh);
                 nodes
             }
         };
@@ -353,8 +400,8 @@ impl ObjectAccel {
     /// Builds in the memory of a former tree. What a second build needed is kept, a third one will need it again; most objects
     /// are built once.
     fn build_bvh(&mut self, mesh: &Mesh, fast: bool, old: Bvh) -> Result<Bvh, OutOfMemory> {
-        let again = self.made_with.is_some();
-        let mut scratch = std::mem::take(&mut self.scratch);
+        let again = self.state.made_with.is_some();
+        let mut scratch = std::mem::take(&mut self.state.scratch);
         let bvh = if fast {
             scratch.sah = SahScratch::default();
             rebuild_fast(mesh, old, &mut scratch.fast)?
@@ -363,7 +410,7 @@ impl ObjectAccel {
             rebuild_sah(mesh, old, &mut scratch.sah)?
         };
         if again {
-            self.scratch = scratch;
+            self.state.scratch = scratch;
         }
         Ok(bvh)
     }

@@ -25,8 +25,7 @@ impl Ours {
                 Mesh { positions: (part.positions)(frame), triangles: part.triangles.clone(), ..Mesh::default() };
             scene.apply(Command::DefineObject { name, mesh, motion: part.motion });
         }
-        let place =
-            |p: crate::scenes::Placement| Instance { object: p.part as u32 + 1, world_from_object: p.transform };
+        let place = |p: crate::scenes::Placement| Instance::new(p.part as u32 + 1, p.transform);
         let instances: Vec<Instance> = (bench.place)(frame).into_iter().map(place).collect();
         let mut world = TwoLevel::new(Level::detect());
         pool.install(|| world.update(&scene, &instances));

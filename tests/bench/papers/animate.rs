@@ -97,10 +97,8 @@ pub fn run(
                 scene.apply(Command::UpdatePositions { name, first: 0, positions: (part.positions)(of_clip) });
             }
         }
-        let instances: Vec<Instance> = (bench.place)(of_clip)
-            .into_iter()
-            .map(|p| Instance { object: p.part as u32 + 1, world_from_object: p.transform })
-            .collect();
+        let instances: Vec<Instance> =
+            (bench.place)(of_clip).into_iter().map(|p| Instance::new(p.part as u32 + 1, p.transform)).collect();
         let mut seen = None;
         for row in &mut rows {
             let (updating, stats) = pool.install(|| Cost::of(|| row.world.update(&scene, &instances)));

@@ -124,7 +124,7 @@ fn frames(
     scene.apply(Command::DefineObject { name: 1, mesh: all, motion: Motion::Unstructured });
     scene.apply(Command::SetStrategy { name: 1, strategy });
     let mut world = TwoLevel::new(Level::detect());
-    let here = [Instance { object: 1, world_from_object: Affine3A::IDENTITY }];
+    let here = [Instance::new(1, Affine3A::IDENTITY)];
     let light = Vec3::new(0.3, 0.85, 0.9);
     let (warm, shown) = (2, if quick { QUICK_FRAMES } else { FRAMES });
     let (mut update, mut trace, mut hits) = (0.0, 0.0, 0);

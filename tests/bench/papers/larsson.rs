@@ -237,7 +237,7 @@ fn animate(show: &Show, options: &Options, step: u32) -> (Vec<Times>, f64) {
         rows.push((scene, TwoLevel::new(Level::detect()), Times::new()));
     }
     let count = rows[0].0.objects.len() as u32;
-    let here = |object| Instance { object, world_from_object: Affine3A::IDENTITY };
+    let here = |object| Instance::new(object, Affine3A::IDENTITY);
     let instances: Vec<Instance> = (1..=count).map(here).collect();
     let size = [640 / step, 480 / step];
     let every = show.every(options.quick, step);

@@ -65,7 +65,7 @@ fn seconds(soup: &Soup, strategy: Strategy, pool: &Pool, rounds: u32) -> f64 {
     scene.apply(Command::DefineObject { name: 1, mesh, motion: Motion::Unstructured });
     scene.apply(Command::SetStrategy { name: 1, strategy });
     let mut world = TwoLevel::new(Level::detect());
-    let here = [Instance { object: 1, world_from_object: Affine3A::IDENTITY }];
+    let here = [Instance::new(1, Affine3A::IDENTITY)];
     let mut best = [f64::INFINITY; TIMES.len()];
     for round in 0..=rounds {
         for (best, time) in best.iter_mut().zip(TIMES) {

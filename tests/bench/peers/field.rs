@@ -172,7 +172,7 @@ fn moving(pool: &Pool, options: &Options, json: &mut Vec<String>) {
                 });
                 scene.apply(Command::SetStrategy { name, strategy });
                 if shown {
-                    instances.push(Instance { object: name, world_from_object: Affine3A::IDENTITY });
+                    instances.push(Instance::new(name, Affine3A::IDENTITY));
                 }
             }
             let mut world = TwoLevel::new(Level::detect());

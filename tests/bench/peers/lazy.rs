@@ -94,10 +94,8 @@ fn animate(bench: &BenchScene, size: [u32; 2], pool: &Pool) -> Vec<Sum> {
     // Frame 0 builds.
     for frame in 0..=FRAMES {
         let positions: Vec<Vec<Vec3>> = bench.parts.iter().map(|part| (part.positions)(frame % FRAMES)).collect();
-        let instances: Vec<Instance> = (bench.place)(frame % FRAMES)
-            .into_iter()
-            .map(|p| Instance { object: p.part as u32 + 1, world_from_object: p.transform })
-            .collect();
+        let instances: Vec<Instance> =
+            (bench.place)(frame % FRAMES).into_iter().map(|p| Instance::new(p.part as u32 + 1, p.transform)).collect();
         for ((world, scene), sum) in worlds.iter_mut().zip(&mut scenes).zip(&mut sums) {
             for (name, positions) in (1..).zip(&positions) {
                 scene.apply(Command::UpdatePositions { name, first: 0, positions: positions.clone() });
@@ -128,7 +126,7 @@ fn sculpt(pool: &Pool) {
     let bench = make();
     let (triangles, start) = (&bench.parts[0].triangles, (bench.parts[0].positions)(0));
     println!("\nS1 with a brush: {} triangles, ms per frame", triangles.len());
-    let instances = [Instance { object: 1, world_from_object: Affine3A::IDENTITY }];
+    let instances = [Instance::new(1, Affine3A::IDENTITY)];
     for (name, strategy, partial) in [
         ("refit of all", Strategy::Refit, false),
         ("refit of what moved", Strategy::Refit, true),

@@ -161,6 +161,6 @@ fn world(mesh: &Mesh, pool: &Pool, splits: bool) -> TwoLevel {
     scene.apply(Command::DefineObject { name: 1, mesh: mesh.clone(), motion: Motion::Static });
     scene.apply(Command::SetSpatialSplits { name: 1, wanted: splits });
     let mut world = TwoLevel::new(Level::detect());
-    pool.install(|| world.update(&scene, &[Instance { object: 1, world_from_object: Affine3A::IDENTITY }]));
+    pool.install(|| world.update(&scene, &[Instance::new(1, Affine3A::IDENTITY)]));
     world
 }

@@ -87,7 +87,7 @@ fn many(count: usize) -> BenchScene {
 }
 
 fn placed(bench: &BenchScene, frame: u32) -> Vec<Instance> {
-    let one = |p: Placement| Instance { object: p.part as u32 + 1, world_from_object: p.transform };
+    let one = |p: Placement| Instance::new(p.part as u32 + 1, p.transform);
     (bench.place)(frame).into_iter().map(one).collect()
 }
 
