@@ -20,7 +20,7 @@ impl Level {
     /// Every level, weakest first.
     pub const ALL: [Level; 4] = [Level::Scalar, Level::Sse41, Level::Avx2, Level::Avx512];
 
-    /// The strongest level that this processor can run.
+    /// The strongest level that this processor can run. (A build with `OPENRT_FEW_LEVELS` in the environment has `Scalar` and `Avx2` only.)
     pub fn strongest() -> Level {
         #[cfg(target_arch = "x86_64")]
         {
@@ -30,13 +30,13 @@ impl Level {
                 && is_x86_feature_detected!("bmi2")
                 && is_x86_feature_detected!("lzcnt")
                 && is_x86_feature_detected!("popcnt");
-            if avx2 && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") {
+            if avx2 && !cfg!(openrt_few_levels) && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") {
                 return Level::Avx512;
             }
             if avx2 {
                 return Level::Avx2;
             }
-            if is_x86_feature_detected!("sse4.1") {
+            if !cfg!(openrt_few_levels) && is_x86_feature_detected!("sse4.1") {
                 return Level::Sse41;
             }
         }
@@ -57,9 +57,9 @@ impl Level {
         asked.map_or(strongest, |level| level.min(strongest))
     }
 
-    /// Whether this processor can run kernels of this level.
+    /// Whether this processor can run kernels of this level, and they were compiled.
     pub fn is_available(self) -> bool {
-        self <= Level::strongest()
+        self <= Level::strongest() && !(cfg!(openrt_few_levels) && self == Level::Sse41)
     }
 
     /// The levels that this processor can run, weakest first; for tests that must hold on each.

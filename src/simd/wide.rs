@@ -30,8 +30,11 @@ pub trait WideKernel {
 pub fn run_wide<K: WideKernel>(level: Level, kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
     {
-        use super::{Avx2, Avx512, Sse41};
+        use super::Avx2;
+        #[cfg(not(openrt_few_levels))]
+        use super::{Avx512, Sse41};
 
+        #[cfg(not(openrt_few_levels))]
         #[target_feature(enable = "sse4.1")]
         fn sse41<K: WideKernel>(kernel: K) -> K::Output {
             kernel.run(Proof::<Sse41>(PhantomData))
@@ -40,18 +43,21 @@ pub fn run_wide<K: WideKernel>(level: Level, kernel: K) -> K::Output {
         fn avx2<K: WideKernel>(kernel: K) -> K::Output {
             kernel.run(Proof::<Avx2>(PhantomData))
         }
+        #[cfg(not(openrt_few_levels))]
         #[target_feature(enable = "avx512f,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
         fn avx512<K: WideKernel>(kernel: K) -> K::Output {
             kernel.run(Proof::<Avx512>(PhantomData))
         }
         match level.min(Level::strongest()) {
-            Level::Scalar => {}
             // SAFETY: `Level::strongest` has asked the processor for all features of the level.
-            Level::Sse41 => return unsafe { sse41(kernel) },
-            // SAFETY: as above.
             Level::Avx2 => return unsafe { avx2(kernel) },
             // SAFETY: as above.
+            #[cfg(not(openrt_few_levels))]
+            Level::Sse41 => return unsafe { sse41(kernel) },
+            // SAFETY: as above.
+            #[cfg(not(openrt_few_levels))]
             Level::Avx512 => return unsafe { avx512(kernel) },
+            _ => {}
         }
     }
     let _ = level;

@@ -376,24 +376,24 @@ macro_rules! level_of {
 use level_of;
 
 shells!(scalar, Scalar);
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", not(openrt_few_levels)))]
 shells!(sse41, crate::simd::Sse41, "sse4.1");
 #[cfg(target_arch = "x86_64")]
 shells!(avx2, crate::simd::Avx2, "avx2", "bmi1", "bmi2", "lzcnt", "popcnt");
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", not(openrt_few_levels)))]
 shells!(avx512, crate::simd::Avx512, "avx512f", "avx512vl", "avx2", "bmi1", "bmi2", "lzcnt", "popcnt");
 
 /// The kernels of `level`, or of the strongest level that the processor has if that is weaker.
 pub(super) fn kernels_of(level: Level) -> &'static Kernels {
     match level.min(Level::strongest()) {
         Level::Scalar => &scalar::KERNELS,
-        #[cfg(target_arch = "x86_64")]
+        #[cfg(all(target_arch = "x86_64", not(openrt_few_levels)))]
         Level::Sse41 => &sse41::KERNELS,
         #[cfg(target_arch = "x86_64")]
         Level::Avx2 => &avx2::KERNELS,
-        #[cfg(target_arch = "x86_64")]
+        #[cfg(all(target_arch = "x86_64", not(openrt_few_levels)))]
         Level::Avx512 => &avx512::KERNELS,
-        #[cfg(not(target_arch = "x86_64"))]
-        _ => unreachable!("other processors have no level above Scalar"),
+        #[cfg(any(not(target_arch = "x86_64"), openrt_few_levels))]
+        _ => &scalar::KERNELS,
     }
 }

@@ -26,7 +26,7 @@ fn turns<const ANY: bool>(
     unsafe {
         match level {
             Level::Scalar => Scalar::turns::<ANY, _>(&tree, ChildRef::ROOT, packet, mask, down, NUMBERS, found),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", not(openrt_few_levels)))]
             Level::Sse41 => {
                 crate::simd::Sse41::turns::<ANY, _>(&tree, ChildRef::ROOT, packet, mask, down, NUMBERS, found)
             }
@@ -34,12 +34,12 @@ fn turns<const ANY: bool>(
             Level::Avx2 => {
                 crate::simd::Avx2::turns::<ANY, _>(&tree, ChildRef::ROOT, packet, mask, down, NUMBERS, found)
             }
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", not(openrt_few_levels)))]
             Level::Avx512 => {
                 crate::simd::Avx512::turns::<ANY, _>(&tree, ChildRef::ROOT, packet, mask, down, NUMBERS, found)
             }
-            #[cfg(not(target_arch = "x86_64"))]
-            _ => unreachable!("other processors have no level above Scalar"),
+            #[cfg(any(not(target_arch = "x86_64"), openrt_few_levels))]
+            _ => unreachable!("such levels are not available"),
         }
     }
 }
