@@ -6,7 +6,6 @@ fn main() {
     println!("cargo:rerun-if-env-changed=OPENRT_NO_SONAME");
     // For those who build often: half of the kernels, in about half the time.
     println!("cargo:rerun-if-env-changed=OPENRT_FEW_LEVELS");
-    println!("cargo:rustc-check-cfg=cfg(openrt_few_levels)");
     if std::env::var_os("OPENRT_FEW_LEVELS").is_some() {
         println!("cargo:rustc-cfg=openrt_few_levels");
     }

@@ -14,8 +14,10 @@
 //!
 //! Never hold a lock across [`Pool::install`] or a rayon `join`: a waiting worker steals work that may want the same lock.
 
+mod float_environment;
 mod on_touch;
 
+pub use float_environment::with_default_floats;
 pub use on_touch::{OnTouch, Place};
 
 use std::fmt;
@@ -148,7 +150,7 @@ impl Workers {
             .spawn_handler(|worker| {
                 let name = format!("openrt-{}", worker.index());
                 let body = move || {
-                    set_default_float_environment();
+                    float_environment::set_default();
                     worker.run();
                 };
                 let handle = std::thread::Builder::new().name(name).stack_size(STACK_BYTES).spawn(body)?;
@@ -189,21 +191,6 @@ fn threads_from_environment() -> Option<usize> {
 
 fn available_processors() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
-}
-
-/// Round to nearest, denormals kept, exceptions masked: what Rust assumes. Only for threads that are ours.
-fn set_default_float_environment() {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let default: u32 = 0x1f80;
-        // SAFETY: loads MXCSR from a valid u32 with the value every thread of a Rust program starts with.
-        unsafe { std::arch::asm!("ldmxcsr [{0}]", in(reg) &raw const default, options(nostack, readonly)) };
-    }
-    #[cfg(target_arch = "aarch64")]
-    {
-        // SAFETY: FPCR 0 is the architectural default: round to nearest, no flushing, no traps.
-        unsafe { std::arch::asm!("msr fpcr, xzr", options(nomem, nostack)) };
-    }
 }
 
 #[cfg(test)]

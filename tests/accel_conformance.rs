@@ -45,8 +45,7 @@ fn check_bits(name: &str, world: &World, rays: &[Ray]) -> usize {
     for (strategy, level, top) in combinations() {
         let built = world.build(&pool, strategy, level, top);
         let tracer = Tracer::new(&built);
-        let mut hits = vec![None; rays.len()];
-        tracer.intersect_many(rays, &mut hits);
+        let hits = tracer.intersect_many(rays);
         let mut occluded = vec![false; rays.len()];
         tracer.occluded_many(rays, &mut occluded);
         let what = |i: usize| {

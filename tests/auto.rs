@@ -96,7 +96,7 @@ impl Stage {
             self.pool.install(|| {
                 let chunks = hits.par_chunks_mut(20).zip(rays.par_chunks(20)).enumerate();
                 chunks.for_each(|(i, (hits, rays))| match i % 2 {
-                    0 => tracer.intersect_many(rays, hits),
+                    0 => hits.copy_from_slice(&tracer.intersect_many(rays)),
                     _ => hits.iter_mut().zip(rays).for_each(|(hit, ray)| *hit = tracer.intersect(ray)),
                 });
             });

@@ -87,6 +87,7 @@ fn needs_no_context(name: &str) -> bool {
         "rtGetError",
         "rtGetErrorString",
         "rtCancelContext",
+        "rtReleaseScene",
     ];
     by_hand.contains(&name) || name.starts_with("rts")
 }

@@ -46,10 +46,10 @@ fn trace(pool: &Pool, world: &TwoLevel, rays: &[Ray]) -> (Vec<Option<Hit>>, Vec<
             |(i, ((hits, occluded), rays))| match i % 3 {
                 0 => {
                     tracer.occluded_many(rays, occluded);
-                    tracer.intersect_many(rays, hits);
+                    hits.copy_from_slice(&tracer.intersect_many(rays));
                 }
                 1 => {
-                    tracer.intersect_many(rays, hits);
+                    hits.copy_from_slice(&tracer.intersect_many(rays));
                     tracer.occluded_many(rays, occluded);
                 }
                 _ => rays.iter().zip(hits).zip(occluded).for_each(|((ray, hit), occluded)| {

@@ -189,10 +189,8 @@ fn no_bit_of_any_hit_differs() {
             let rays = if level == Level::detect() { &rays[..] } else { &rays[..rays.len() / 6] };
             let plain = built(&mut world, &pool, level, false);
             let split = built(&mut world, &pool, level, true);
-            let mut one = vec![None; rays.len()];
-            Tracer::new(&plain).intersect_many(rays, &mut one);
-            let mut other = vec![None; rays.len()];
-            Tracer::new(&split).intersect_many(rays, &mut other);
+            let one = Tracer::new(&plain).intersect_many(rays);
+            let other = Tracer::new(&split).intersect_many(rays);
             let mut occluded = vec![false; rays.len()];
             Tracer::new(&split).occluded_many(rays, &mut occluded);
             for (i, ray) in rays.iter().enumerate() {

@@ -117,8 +117,7 @@ type Answers = Vec<(Option<[u32; 6]>, bool)>;
 
 fn answers(built: &TwoLevel, rays: &[Ray]) -> Answers {
     let tracer = Tracer::new(built);
-    let mut hits = vec![None; rays.len()];
-    tracer.intersect_many(rays, &mut hits);
+    let hits = tracer.intersect_many(rays);
     let mut occluded = vec![false; rays.len()];
     tracer.occluded_many(rays, &mut occluded);
     for (ray, hit) in rays.iter().zip(&hits) {

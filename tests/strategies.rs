@@ -168,8 +168,7 @@ fn check_rays(world: &TwoLevel, rays: &[Ray], expected: &[Option<Hit>], what: &s
             }
         } else {
             let turned: Vec<Ray> = order.iter().map(|&i| rays[i]).collect();
-            let mut hits = vec![None; rays.len()];
-            tracer.intersect_many(&turned, &mut hits);
+            let hits = tracer.intersect_many(&turned);
             order.iter().zip(&hits).for_each(|(&i, hit)| check(i, hit, "many at a time"));
             let mut occluded = vec![false; rays.len()];
             tracer.occluded_many(&turned, &mut occluded);

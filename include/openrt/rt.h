@@ -30,6 +30,9 @@
  * fork() the child may go on using the context of the forking thread. The library does not change the floating-point
  * environment of the caller, and flushing of denormals there does not change pictures. */
 
+/** A snapshot of a scene; see rtAcquireScene(). */
+typedef struct RTsceneView RTsceneView;
+
 /**
  * What the rts functions work on: the point being shaded and the frame around it. Valid while the shader
  * function runs, and only on its thread.
@@ -79,6 +82,9 @@ typedef unsigned char RTubyte;
 
 /** Unsigned 16-bit integer. */
 typedef unsigned short RTushort;
+
+/** RT_ flags, OR-ed. */
+typedef unsigned int RTbitfield;
 
 /** One parameter of a shader class. */
 typedef struct RTshaderParam {
@@ -300,8 +306,69 @@ typedef struct RThit {
     RTuint instance;
 } RThit;
 
-/** RT_ flags, OR-ed. */
-typedef unsigned int RTbitfield;
+/**
+ * A snapshot of a scene, made by rtAcquireScene(). Functions that take one take NULL for the scene of the current context, as it was last
+ * rendered or committed.
+ */
+typedef struct RTsceneView *RTscene;
+
+/**
+ * Decides whether a hit counts: RT_TRUE, or RT_FALSE to let the ray go on behind it. Called on the thread that asks, with the pointer of
+ * the question. It must not leave by longjmp() or by a C++ exception, nor call functions that need the context that is asked.
+ */
+typedef RTboolean (*RTfilter)(void *userData, const struct RTray *ray, const struct RThit *hit);
+
+/** How a question is meant. With all members 0 it is that of rtSceneIntersect(). */
+typedef struct RTquery {
+    /** 0 or RT_COHERENT. */
+    RTbitfield flags;
+    /** The rays meet instances that have a bit in common with this, see RT_MASK; 0 stands for RT_QUERY_RAYS. */
+    RTuint mask;
+    /** NULL, or a mask for each ray in the place of mask; here 0 meets nothing. */
+    const RTuint *masks;
+    /** NULL, or what decides which hits count. Rays are then traced one by one. */
+    RTfilter filter;
+    /** Handed to filter. */
+    void *userData;
+} RTquery;
+
+/** What lies at a hit, in world space. */
+typedef struct RTsurface {
+    /** The point itself. */
+    RTfloat position[3];
+    /**
+     * Unit length; to the side from which the triangle's corners run counter-clockwise, or to that of its vertices' normals if it has some.
+     */
+    RTfloat geometricNormal[3];
+    /** Unit length: interpolated from the vertices' normals, else the geometric one. */
+    RTfloat normal[3];
+    /** Interpolated from the vertices; 0 without. */
+    RTfloat texCoord[2];
+    /** Linear RGBA, interpolated from the vertices; 1 without. */
+    RTfloat color[4];
+    /** The shader that was bound at the triangle; 0 is the default surface. */
+    RTuint shader;
+    /** RT_TRUE when the ray came from the side to which the geometric normal points. */
+    RTboolean frontFacing;
+} RTsurface;
+
+/** The nearest point of a scene or an object. */
+typedef struct RTclosestPoint {
+    /** The point itself. */
+    RTfloat position[3];
+    /** How far away it is; negative when there is none. The other fields are then 0. */
+    RTfloat distance;
+    /** Barycentric weight of the triangle's second corner. */
+    RTfloat u;
+    /** Barycentric weight of the triangle's third corner. */
+    RTfloat v;
+    /** Number of the triangle in its object. */
+    RTuint primitive;
+    /** Name of the object. */
+    RTuint object;
+    /** Number of the instance in its frame; 0 for a question about one object. */
+    RTuint instance;
+} RTclosestPoint;
 
 /** Single precision, clamped to 0..1 where it is used. */
 typedef float RTclampf;
@@ -390,6 +457,10 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_OBJECT_TIME 0x6006
 /** Object parameter, RT_TRUE or RT_FALSE: whether triangles of an RT_STATIC object may be cut for a better tree. */
 #define RT_SPATIAL_SPLITS 0x6008
+/** Object parameter: which rays see the object, 32 bits. */
+#define RT_MASK 0x6009
+/** Object parameter: whether shadow rays see the object. */
+#define RT_CAST_SHADOW 0x600A
 /** Update strategy: chosen from the motion flag and from what was measured. The default. */
 #define RT_AUTO 0x6010
 /** Update strategy: object BSP tree (Wald, Benthin and Slusallek 2003). */
@@ -591,6 +662,14 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_BACKEND 0x6061
 /** Ray query flag: neighbouring rays are alike, as camera or shadow rays are; they may be traced together. */
 #define RT_COHERENT 1
+/** In masks: rays from the camera. */
+#define RT_CAMERA_RAYS 1
+/** In masks: rays from a surface to a light, and those that look for occluders nearby. */
+#define RT_SHADOW_RAYS 0x0002
+/** In masks: rays that are reflected, refracted or scattered. */
+#define RT_REFLECTION_RAYS 0x0004
+/** In masks: rays of queries that name no mask of their own. */
+#define RT_QUERY_RAYS 0x0008
 /**
  * Capability: 8-bit pixels are stored on the sRGB curve, as screens and image files want them, instead of
  * linear.
@@ -978,6 +1057,11 @@ RTAPI RTboolean rtIsObject(RTuint object);
  * several times as long, and up to half as much memory again. It has effect while the object is RT_STATIC and its
  * strategy is RT_AUTO or RT_SAH; for other objects it is kept and waits. It never changes the picture.
  *
+ * RT_MASK: which rays see the object, as 32 bits: those whose own mask has a bit in common with it and with that of the instance (see rtInstanceMask()).
+ * Rays of a frame have one of RT_CAMERA_RAYS, RT_SHADOW_RAYS and RT_REFLECTION_RAYS, those of queries RT_QUERY_RAYS or what the query says; the other
+ * bits are the application's. All bits are set at first. RT_CAST_SHADOW: RT_TRUE or RT_FALSE, which sets or clears RT_SHADOW_RAYS in the
+ * mask: a lamp around its light shall not keep the light in.
+ *
  * Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object or a number
  * is negative that must not be,
  * RT_INVALID_OPERATION between rtBegin() and rtEnd().
@@ -989,7 +1073,7 @@ RTAPI void rtObjectParameterf(RTuint object, RTenum pname, RTfloat param);
 
 /**
  * Stores a parameter of an object at params: RT_UPDATE_STRATEGY, RT_MOTION, RT_SPATIAL_SPLITS, RT_TRIANGLE_COUNT,
- * RT_VERTEX_COUNT, RT_LAZY_CUT, RT_LAZY_LEVELS or RT_OBJECT_TIME (rounded).
+ * RT_VERTEX_COUNT, RT_LAZY_CUT, RT_LAZY_LEVELS, RT_MASK, RT_CAST_SHADOW or RT_OBJECT_TIME (rounded).
  *
  * Errors: RT_INVALID_ENUM for another parameter, RT_INVALID_VALUE when there is no such object or params is
  * NULL, RT_INVALID_OPERATION between rtBegin() and rtEnd().
@@ -1592,6 +1676,14 @@ RTAPI void rtScaled(RTdouble x, RTdouble y, RTdouble z);
  * RT_OUT_OF_MEMORY.
  */
 RTAPI void rtInstantiateObject(RTuint object);
+
+/**
+ * Which rays see the instances placed from now on, as 32 bits: those whose own mask has a bit in common with it and with the object's RT_MASK (see
+ * rtObjectParameteri()). All bits are set at first. It stays from frame to frame.
+ *
+ * Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd().
+ */
+RTAPI void rtInstanceMask(RTbitfield mask);
 
 /**
  * Lets a shader of a light class shine in the frame being assembled and those after it, until a later frame
@@ -2210,7 +2302,7 @@ RTAPI void rtReadPixels(RTint x, RTint y, RTsizei width, RTsizei height, RTenum 
  */
 RTAPI void rtWriteImage(const char *file);
 
-/* Picking and batches of rays ----------------------------------------------------------------------------------- */
+/* Picking and batches of rays, in the scene of the current context ---------------------------------------------- */
 
 /**
  * Stores at hit what the camera of the last frame sees at the window coordinates (x, y), and returns RT_TRUE
@@ -2224,11 +2316,12 @@ RTAPI RTboolean rtPick(RTfloat x, RTfloat y, struct RThit *hit);
 
 /**
  * Stores at hits, for each of the n rays at rays, what it meets first in the scene of the last frame or
- * rtCommitScene(). flags is 0 or RT_COHERENT. Rays that are not finite, or have no direction, hit nothing.
- * Waits for a frame that is being rendered.
+ * rtCommitScene(). flags is 0 or RT_COHERENT: neighbours in the array are neighbours in space. Rays that are not finite, or have no direction, hit
+ * nothing. Up to some hundred rays are traced on the calling thread, without memory, lock or system call; more by all threads of the context. The two arrays must
+ * not overlap. Waits for a frame that is being rendered. Other threads ask by rtAcquireScene().
  *
  * Errors: RT_INVALID_VALUE when n is negative, a pointer is NULL, or flags are unknown; RT_INVALID_OPERATION
- * between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject(); RT_OUT_OF_MEMORY.
+ * between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject().
  */
 RTAPI void rtIntersectRays(RTsizei n, const struct RTray *rays, struct RThit *hits, RTbitfield flags);
 
@@ -2237,6 +2330,72 @@ RTAPI void rtIntersectRays(RTsizei n, const struct RTray *rays, struct RThit *hi
  * Quicker than rtIntersectRays(), and otherwise as that.
  */
 RTAPI void rtOccludedRays(RTsizei n, const struct RTray *rays, RTubyte *occluded, RTbitfield flags);
+
+/* Snapshots of a scene, which any thread may ask, and questions beyond the closest hit -------------------------- */
+
+/**
+ * Takes a snapshot of the scene that was last rendered or committed. Any number of threads may ask it at a time, also ones on which no context is
+ * current, without lock, memory or system call, while the context goes on: frames, commits and even rtDestroyContext() leave it as it is. Its memory is
+ * shared with the context as far as nothing has changed since; what changes is copied while a snapshot holds it. Waits for a frame that is being rendered.
+ * Returns NULL on an error.
+ *
+ * Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject(); RT_OUT_OF_MEMORY.
+ */
+RTAPI RTscene rtAcquireScene(void);
+
+/** Gives a snapshot back, on any thread; nobody may be asking it any more. NULL is ignored. */
+RTAPI void rtReleaseScene(RTscene scene);
+
+/**
+ * As rtIntersectRays(), in a snapshot: on the calling thread, however many rays there are. Any thread may call it at any time. For NULL it is
+ * rtIntersectRays().
+ *
+ * Errors: RT_INVALID_VALUE when n is negative, a pointer is NULL, or flags are unknown. They are kept for the calling thread, or for the context
+ * that is current on it.
+ */
+RTAPI void rtSceneIntersect(RTscene scene, RTsizei n, const struct RTray *rays, struct RThit *hits,
+    RTbitfield flags);
+
+/** As rtOccludedRays(), in a snapshot; otherwise as rtSceneIntersect(). */
+RTAPI void rtSceneOccluded(RTscene scene, RTsizei n, const struct RTray *rays, RTubyte *occluded,
+    RTbitfield flags);
+
+/**
+ * As rtSceneIntersect(), by the masks and the filter of query (NULL for none of them): stores at hits, for each of the n rays at rays, the first hit that counts.
+ *
+ * Errors: as rtSceneIntersect(). RT_INVALID_OPERATION for the scene NULL between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject().
+ */
+RTAPI void rtSceneQuery(RTscene scene, RTsizei n, const struct RTray *rays, struct RThit *hits,
+    const struct RTquery *query);
+
+/**
+ * Stores at hits the first max hits of a ray that count by query (NULL: all), sorted by distance, hits at the same distance by instance and primitive. Returns
+ * how many it has stored. Each costs the search for a closest hit.
+ *
+ * Errors: as rtSceneQuery().
+ */
+RTAPI RTsizei rtSceneAllHits(RTscene scene, const struct RTray *ray, RTsizei max, struct RThit *hits,
+    const struct RTquery *query);
+
+/**
+ * Stores at surfaces what lies at the n hits at hits, which the rays at rays have made in the same scene. Where nothing was hit all members are 0.
+ *
+ * Errors: RT_INVALID_VALUE when n is negative, a pointer is NULL, or a hit is none of this scene (then nothing is stored from there on); else as
+ * rtSceneQuery().
+ */
+RTAPI void rtSceneSurfaces(RTscene scene, RTsizei n, const struct RTray *rays, const struct RThit *hits,
+    struct RTsurface *surfaces);
+
+/**
+ * Stores at closest the point that is nearest to the three numbers at point and no farther away than maxDistance (INFINITY for no limit), and returns whether there is
+ * one. object 0 asks for the whole scene, in world space, among instances that have a bit of RT_QUERY_RAYS; the name of an object that the scene shows asks
+ * for that object, in its own space. The first question after an object has changed sorts its triangles, on the calling thread.
+ *
+ * Errors: RT_INVALID_VALUE when a pointer is NULL, a number is not finite, maxDistance is negative, or the scene does not show the object; else as
+ * rtSceneQuery().
+ */
+RTAPI RTboolean rtSceneClosestPoint(RTscene scene, RTuint object, const RTfloat *point, RTfloat maxDistance,
+    struct RTclosestPoint *closest);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -20,10 +20,11 @@ use super::bsp::Bsp;
 use super::bvh::Bvh;
 use super::grid::Grid;
 use super::lazy::{LazyBvh, Source};
+use super::proximity::ProximityTree;
 use super::visibility::VisibilityField;
 use super::waiting::{Visits, Waiting};
 use crate::scene::Mesh;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// What rays of one object traverse.
 #[derive(Debug, Default)]
@@ -59,6 +60,8 @@ pub struct ObjectAccel {
     pub(super) waiting: Option<Box<Waiting>>,
     pub(super) triangles: u64,
     pub(super) visits: Visits,
+    /// Of the object in its own space, once somebody has asked what is near.
+    proximity: OnceLock<ProximityTree>,
 }
 
 impl ObjectAccel {
@@ -70,6 +73,11 @@ impl ObjectAccel {
             None => &self.structure,
             Some(waiting) => waiting.structure(),
         }
+    }
+
+    /// The tree for questions about nearness; `mesh` is the object's. Empty without memory, so nothing is near then.
+    pub fn proximity(&self, mesh: &Mesh) -> &ProximityTree {
+        self.proximity.get_or_init(|| ProximityTree::new(mesh).unwrap_or_default())
     }
 
     /// The box around everything that can be hit, in object space.
@@ -96,7 +104,8 @@ impl ObjectAccel {
 
     /// Bytes that rays traverse; 0 while nothing is built.
     pub fn memory_bytes(&self) -> usize {
-        self.structure.memory_bytes() + self.waiting.as_ref().map_or(0, |w| w.memory_bytes())
+        let proximity = self.proximity.get().map_or(0, ProximityTree::memory_bytes);
+        proximity + self.structure.memory_bytes() + self.waiting.as_ref().map_or(0, |w| w.memory_bytes())
     }
 
     /// What rays have had brought up to date since [`ObjectAccel::forget_touched`]: subtrees and nodes, or subfields and references.
@@ -107,6 +116,11 @@ impl ObjectAccel {
             (None, Structure::Field(field)) => field.touched(),
             _ => (0, 0),
         }
+    }
+
+    /// Vertices have moved.
+    fn forget_proximity(&mut self) {
+        self.proximity = OnceLock::new();
     }
 
     /// Counts anew what [`ObjectAccel::touched`] tells.

@@ -119,6 +119,16 @@ impl Merged {
         (member.instance, member.object, prim - member.first)
     }
 
+    /// The number in the tree of triangle `prim` of `instance`, or of the first one that comes after it in the order of instances and triangles.
+    pub fn first_from(&self, instance: u32, prim: u32) -> u32 {
+        // One by one: those taken out keep numbers that are out of order.
+        match self.members.iter().filter(|m| m.live).find(|m| m.instance >= instance) {
+            Some(member) if member.instance == instance => member.first + prim.min(member.count),
+            Some(member) => member.first,
+            None => u32::MAX,
+        }
+    }
+
     /// Makes [`Merged::locate`] find its way among the members.
     fn index(&mut self) {
         self.every.clear();
@@ -382,10 +392,7 @@ impl Statics {
 /// Takes members that have changed or are not shown out of the merged tree.
 fn take_out(states: &mut [ObjectState], traversed: &mut Traversed<'_>, shown: &[Shown]) -> Result<(), OutOfMemory> {
     let Some(merged) = traversed.merged.as_deref() else { return Ok(()) };
-    let is_gone = |member: &Member, state: &ObjectState| {
-        let shown = shown[member.slot as usize];
-        shown.times == 0 || shown.masked || !state.is_merged()
-    };
+    let is_gone = |member: &Member, state: &ObjectState| shown[member.slot as usize].times == 0 || !state.is_merged();
     let leaves = |member: &Member| member.live && is_gone(member, &states[member.slot as usize]);
     if !merged.members.iter().any(leaves) {
         return Ok(());

@@ -279,6 +279,10 @@ impl TwoLevel {
         let all = states.par_iter_mut().zip(&mut *objects).zip(outcomes).zip(shown);
         all.for_each(|(((state, accel), outcome), shown)| {
             if let (Some(outcome), Some(object)) = (outcome, scene.objects.get(&state.name())) {
+                // All rays see the merged tree.
+                if shown.masked && state.is_merged() {
+                    state.leave_merged();
+                }
                 let placed = (shown.times == 1 && object.motion == Motion::Static)
                     .then(|| instances[shown.number as usize].world_from_object)
                     // Others draw nothing, see place().

@@ -108,6 +108,12 @@ impl WorldView {
         &self.top_level
     }
 
+    /// The instance with a number within the frame, if rays can hit it.
+    pub fn instance(&self, number: u32) -> Option<&InstanceRecord> {
+        let at = self.placed.records.binary_search_by_key(&number, |record| record.instance).ok()?;
+        Some(&self.placed.records[at]).filter(|record| record.object != 0)
+    }
+
     /// Indices of instances that every ray has to be offered to.
     #[inline(always)]
     pub fn outliers(&self) -> &[u32] {

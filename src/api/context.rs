@@ -226,7 +226,8 @@ impl Context {
     }
 
     /// Fails between begin and end, and between new_object and end_object.
-    pub(super) fn outside_object(&self) -> Result<()> {
+    #[inline]
+    pub(crate) fn outside_object(&self) -> Result<()> {
         self.outside_begin()?;
         if self.definition.is_some() {
             return Err(Error::invalid_operation("not allowed between new_object and end_object"));

@@ -6,7 +6,7 @@
 
 use super::context::Context;
 use super::error::{Error, Result};
-use crate::scene::{Command, Instance, Mesh, Motion, Name, ShaderKind};
+use crate::scene::{Command, Instance, Mask, Mesh, Motion, Name, ShaderKind};
 use glam::Affine3A;
 
 /// The object that geometry drawn outside objects belongs to.
@@ -23,6 +23,8 @@ pub(super) struct FrameContent {
     pub environment: Name,
     pub renderer: Name,
     pub clear_color: [f32; 4],
+    /// Of the instances to come.
+    pub instance_mask: Mask,
     /// Objects deleted since they were instantiated; they go when the frame has started.
     deletions: Vec<Name>,
     /// The back-end knows [`IMMEDIATE_OBJECT`].
@@ -85,9 +87,20 @@ impl Context {
         Ok(())
     }
 
+    /// Which rays see the instances placed from now on: those whose mask has a bit in common with this one and with the object's
+    /// ([`super::ObjectParameter::Mask`]). All at first; it stays from frame to frame.
+    ///
+    /// # Errors
+    /// `InvalidOperation` between begin and end.
+    pub fn instance_mask(&mut self, mask: Mask) -> Result<()> {
+        self.outside_begin()?;
+        self.content.instance_mask = mask;
+        Ok(())
+    }
+
     /// Adds an instance; room was reserved.
     pub(super) fn place(&mut self, object: Name, world_from_object: Affine3A) {
-        self.content.instances.push(Instance::new(object, world_from_object));
+        self.content.instances.push(Instance { object, world_from_object, mask: self.content.instance_mask });
         let this_frame = self.frames + 1;
         if let Some(info) = self.objects.get_mut(&object) {
             info.used_in_frame = this_frame;

@@ -48,14 +48,14 @@ pub use typed_mesh::TriangleMesh;
 pub use glam;
 
 // The plain types of the rooms below that appear in the methods of `Context`.
-pub use crate::backend::Level;
+pub use crate::backend::{HitSurface, Level, Queries, SceneView};
 pub use crate::frame::{FrameStats, PixelFormat, PixelSink, Target, TargetLayout};
 pub use crate::scene::{
-    CameraShader, EnvironmentShader, Filter, LazyShape, LightSample, LightShader, Motion, Name, ParamDef, ParamScope,
-    ParamType, ParamValue, PrimaryRay, Program, ShaderClass, ShaderKind, ShadingContext, Strategy, SurfacePoint,
-    SurfaceShader, TextureFormat, TopLevelKind, Upsampling, Wrap,
+    CameraShader, EnvironmentShader, Filter, LazyShape, LightSample, LightShader, Mask, Motion, Name, ParamDef,
+    ParamScope, ParamType, ParamValue, PrimaryRay, Program, ShaderClass, ShaderKind, ShadingContext, Strategy,
+    SurfacePoint, SurfaceShader, TextureFormat, TopLevelKind, Upsampling, Wrap,
 };
-pub use crate::trace::{Hit, Ray};
+pub use crate::trace::{ClosestPoint, Hit, Ray};
 
 /// The Rust program of the README must compile.
 #[cfg(doctest)]

@@ -4,7 +4,7 @@ use super::context::Context;
 use super::error::{Error, Result};
 use super::mesh_builder::{MeshBuilder, try_copy};
 use super::names::FIRST_RESERVED;
-use crate::scene::{Command, LazyShape, Motion, Name, Strategy};
+use crate::scene::{Command, LazyShape, Mask, Motion, Name, Strategy};
 use glam::Vec3;
 use std::borrow::Cow;
 
@@ -30,6 +30,8 @@ pub enum ObjectParameter {
     /// build time and up to half as much memory again. Has effect while the object is [`Motion::Static`] and its strategy
     /// [`Strategy::Auto`] or [`Strategy::Sah`]; kept, and without effect, otherwise. Does not change the picture.
     SpatialSplits(bool),
+    /// Which rays see the object: those whose mask has a bit in common with it. All at first.
+    Mask(Mask),
 }
 
 /// What an object is, for getters. A name that was generated and not defined has no triangles.
@@ -40,6 +42,7 @@ pub struct ObjectInfo {
     pub lazy_shape: LazyShape,
     pub time: f32,
     pub spatial_splits: bool,
+    pub mask: Mask,
     pub vertex_count: u32,
     pub triangle_count: u32,
     /// Some vertex has a normal of its own.
@@ -208,6 +211,10 @@ impl Context {
             ObjectParameter::SpatialSplits(wanted) => {
                 info.spatial_splits = wanted;
                 self.backend.send(Command::SetSpatialSplits { name, wanted });
+            }
+            ObjectParameter::Mask(mask) => {
+                info.mask = mask;
+                self.backend.send(Command::SetMask { name, mask });
             }
         }
         Ok(())

@@ -8,21 +8,13 @@ use crate::frame::{FrameStats, Framebuffer, Target};
 use crate::render::Renderer;
 use crate::scene::{Command, FrameDesc, Scene};
 use crate::simd::Level;
-use crate::threads::{Pool, ThreadError};
-use crate::trace::{Hit, Ray, Tracer};
-use rayon::prelude::*;
+use crate::threads::{Pool, ThreadError, with_default_floats};
+use crate::trace::Hit;
 use std::collections::TryReserveError;
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
-
-/// Rays that one job of a batch traces, at the least and at the most. Coherent ones fill packets as they come; others are sorted into
-/// packets within a job, so that it needs many.
-const COHERENT_JOB: (usize, usize) = (64, 4096);
-const INCOHERENT_JOB: (usize, usize) = (1024, 4096);
-/// Jobs per thread, if there are rays enough: some take longer than others.
-const JOBS: usize = 4;
+use std::time::Duration;
 
 /// Why no back-end could be set up.
 #[derive(Debug)]
@@ -42,7 +34,7 @@ impl std::error::Error for BackendError {}
 
 /// Scene, renderer and threads of one context.
 pub struct Local {
-    pool: Pool,
+    pub(super) pool: Pool,
     level: Level,
     /// None while a frame is in flight, and for good after a fork in mid-frame.
     world: Option<Box<World>>,
@@ -52,6 +44,8 @@ pub struct Local {
     /// Not yet applied.
     pending: Vec<Command>,
     cancel: Arc<AtomicBool>,
+    /// Batches traced on the application's threads.
+    pub(super) small_batches: u32,
 }
 
 impl Local {
@@ -70,6 +64,7 @@ impl Local {
             outcome: None,
             pending: Vec::new(),
             cancel: Arc::new(AtomicBool::new(false)),
+            small_batches: 0,
         })
     }
 
@@ -165,29 +160,13 @@ impl Local {
         })
     }
 
-    /// The closest hit of each ray, in the scene last committed or rendered.
-    ///
-    /// # Errors
-    /// No memory for the answer; or as [`Local::finish_frame`].
-    pub fn intersect(&mut self, rays: &[Ray], coherent: bool) -> Result<Vec<Option<Hit>>, FrameFailure> {
-        self.trace(rays, coherent, None, |tracer, rays, hits| tracer.intersect_many(rays, hits))
-    }
-
-    /// Whether anything lies on each ray.
-    ///
-    /// # Errors
-    /// As [`Local::intersect`].
-    pub fn occluded(&mut self, rays: &[Ray], coherent: bool) -> Result<Vec<bool>, FrameFailure> {
-        self.trace(rays, coherent, false, |tracer, rays, answers| tracer.occluded_many(rays, answers))
-    }
-
     /// What the camera of the last frame sees at window coordinates `x`, `y` (pixel centres at .5, origin at the lower left).
     ///
     /// # Errors
     /// As [`Local::finish_frame`].
     pub fn pick(&mut self, x: f32, y: f32) -> Result<Option<Hit>, FrameFailure> {
-        let (pool, world) = self.landed_world()?;
-        guarded(|| Ok(pool.install(|| world.renderer.pick(&world.scene, x, y))))
+        let world = self.resting_world()?;
+        guarded(|| Ok(with_default_floats(|| world.renderer.pick(&world.scene, x, y))))
     }
 
     /// Size of the framebuffer of the frame last committed or rendered.
@@ -195,7 +174,7 @@ impl Local {
     /// # Errors
     /// As [`Local::finish_frame`].
     pub fn last_frame_size(&mut self) -> Result<Option<[u32; 2]>, FrameFailure> {
-        Ok(self.landed_world()?.1.last_frame.as_ref().map(|frame| frame.size))
+        Ok(self.resting_world()?.last_frame.as_ref().map(|frame| frame.size))
     }
 
     /// Pixels of the last frame.
@@ -206,50 +185,26 @@ impl Local {
         Ok(self.landed_world()?.1.renderer.framebuffer())
     }
 
-    fn trace<T: Copy + Send>(
-        &mut self,
-        rays: &[Ray],
-        coherent: bool,
-        empty: T,
-        many: impl Fn(&Tracer<'_>, &[Ray], &mut [T]) + Sync,
-    ) -> Result<Vec<T>, FrameFailure> {
-        let (pool, world) = self.landed_world()?;
-        let mut out = Vec::new();
-        let bytes = size_of_val(rays);
-        out.try_reserve_exact(rays.len())
-            .map_err(|_| FrameFailure::OutOfMemory(format!("no memory for the answers to {bytes} bytes of rays")))?;
-        out.resize(rays.len(), empty);
-        let (least, most) = if coherent { COHERENT_JOB } else { INCOHERENT_JOB };
-        let begin = Instant::now();
-        guarded(|| {
-            let tracer = world.renderer.tracer();
-            pool.install(|| {
-                let share = rays.len() / (JOBS * rayon::current_num_threads());
-                let job = share.next_multiple_of(64).clamp(least, most);
-                out.par_chunks_mut(job).zip(rays.par_chunks(job)).for_each(|(out, rays)| many(&tracer, rays, out));
-            });
-            Ok(())
-        })?;
-        world.renderer.add_traced(begin.elapsed().as_secs_f64());
-        Ok(out)
-    }
-
-    fn landed_world(&mut self) -> Result<(&Pool, &World), FrameFailure> {
+    pub(super) fn landed_world(&mut self) -> Result<(&Pool, &World), FrameFailure> {
         self.land()?;
         Ok((&self.pool, self.world.as_deref().expect("land() has put the world back")))
     }
 
     /// Waits for the frame in flight, if any, and takes the world back.
     fn land(&mut self) -> Result<(), FrameFailure> {
+        self.resting_world()?;
+        self.pool.ensure().map_err(|error| FrameFailure::Threads(error.to_string()))
+    }
+
+    /// The world, when no frame is in flight any more. Its threads may be missing, after a fork.
+    #[inline]
+    pub(super) fn resting_world(&mut self) -> Result<&World, FrameFailure> {
         if let Some(flight) = self.flight.take() {
             let (world, outcome) = flight.wait()?;
             self.world = Some(world);
             self.outcome = Some(outcome);
         }
-        if self.world.is_none() {
-            return Err(FrameFailure::Forked);
-        }
-        self.pool.ensure().map_err(|error| FrameFailure::Threads(error.to_string()))
+        self.world.as_deref().ok_or(FrameFailure::Forked)
     }
 
     fn apply_pending(&mut self) -> Result<(), FrameFailure> {

@@ -6,9 +6,10 @@
 
 mod flight;
 mod local;
+mod queries;
 
 pub use flight::{FrameFailure, OnDone};
 pub use local::{BackendError, Local};
 
-pub use crate::render::builtin_classes;
+pub use crate::render::{HitSurface, Queries, SceneView, builtin_classes};
 pub use crate::simd::Level;

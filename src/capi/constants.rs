@@ -77,6 +77,10 @@ pub const RT_LAZY_LEVELS: RTenum = 0x6005;
 pub const RT_OBJECT_TIME: RTenum = 0x6006;
 /// Object parameter, RT_TRUE or RT_FALSE: whether triangles of an RT_STATIC object may be cut for a better tree.
 pub const RT_SPATIAL_SPLITS: RTenum = 0x6008;
+/// Object parameter: which rays see the object, 32 bits.
+pub const RT_MASK: RTenum = 0x6009;
+/// Object parameter: whether shadow rays see the object.
+pub const RT_CAST_SHADOW: RTenum = 0x600A;
 /// Update strategy: chosen from the motion flag and from what was measured. The default.
 pub const RT_AUTO: RTenum = 0x6010;
 /// Update strategy: object BSP tree (Wald, Benthin and Slusallek 2003).
@@ -268,6 +272,15 @@ pub const RT_BACKEND: RTenum = 0x6061;
 
 /// Ray query flag: neighbouring rays are alike, as camera or shadow rays are; they may be traced together.
 pub const RT_COHERENT: RTbitfield = 0x0001;
+
+/// In masks: rays from the camera.
+pub const RT_CAMERA_RAYS: RTbitfield = 0x0001;
+/// In masks: rays from a surface to a light, and those that look for occluders nearby.
+pub const RT_SHADOW_RAYS: RTbitfield = 0x0002;
+/// In masks: rays that are reflected, refracted or scattered.
+pub const RT_REFLECTION_RAYS: RTbitfield = 0x0004;
+/// In masks: rays of queries that name no mask of their own.
+pub const RT_QUERY_RAYS: RTbitfield = 0x0008;
 
 /// Capability: 8-bit pixels are stored on the sRGB curve, as screens and image files want them, instead of
 /// linear.

@@ -114,6 +114,10 @@ impl Refused for RTint {
     const REFUSED: RTint = 0;
 }
 
+impl Refused for super::scenes::RTscene {
+    const REFUSED: Self = std::ptr::null_mut();
+}
+
 impl Refused for RTboolean {
     const REFUSED: RTboolean = RT_FALSE;
 }

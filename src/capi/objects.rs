@@ -4,7 +4,7 @@ use super::constants::*;
 use super::guard::guard;
 use super::pointer::OutArray;
 use super::types::*;
-use crate::api::{Context, Error, Mode, Motion, ObjectParameter, Result, Strategy};
+use crate::api::{Context, Error, Mask, Mode, Motion, ObjectParameter, Result, Strategy};
 
 const MOTION_FLAGS: RTbitfield = RT_STATIC | RT_AFFINE | RT_UNSTRUCTURED;
 
@@ -118,6 +118,11 @@ fn object_parameter(cx: &mut Context, object: RTuint, pname: RTenum, value: RTen
         }
         RT_OBJECT_TIME => ObjectParameter::Time(value as RTint as f32),
         RT_SPATIAL_SPLITS => ObjectParameter::SpatialSplits(truth(value)?),
+        RT_MASK => ObjectParameter::Mask(Mask(value)),
+        RT_CAST_SHADOW => {
+            let mask = cx.get_object_parameters(object)?.mask;
+            ObjectParameter::Mask(mask.with(Mask::SHADOW, truth(value)?))
+        }
         _ => return Err(Error::invalid_enum("not a parameter of objects that can be set")),
     };
     cx.object_parameter(object, parameter)
@@ -135,6 +140,11 @@ fn object_parameter(cx: &mut Context, object: RTuint, pname: RTenum, value: RTen
 /// structure is built, so that long ones, or large ones among small ones, are traced faster; the build takes
 /// several times as long, and up to half as much memory again. It has effect while the object is RT_STATIC and its
 /// strategy is RT_AUTO or RT_SAH; for other objects it is kept and waits. It never changes the picture.
+///
+/// RT_MASK: which rays see the object, as 32 bits: those whose own mask has a bit in common with it and with that of the instance (see rtInstanceMask()).
+/// Rays of a frame have one of RT_CAMERA_RAYS, RT_SHADOW_RAYS and RT_REFLECTION_RAYS, those of queries RT_QUERY_RAYS or what the query says; the other
+/// bits are the application's. All bits are set at first. RT_CAST_SHADOW: RT_TRUE or RT_FALSE, which sets or clears RT_SHADOW_RAYS in the
+/// mask: a lamp around its light shall not keep the light in.
 ///
 /// Errors: RT_INVALID_ENUM for another parameter or value, RT_INVALID_VALUE when there is no such object or a number
 /// is negative that must not be,
@@ -174,6 +184,8 @@ fn get_object_parameter(cx: &Context, object: RTuint, pname: RTenum) -> Result<R
             Motion::Unstructured => RT_UNSTRUCTURED,
         },
         RT_SPATIAL_SPLITS => RTuint::from(info.spatial_splits),
+        RT_MASK => info.mask.0,
+        RT_CAST_SHADOW => RTuint::from(info.mask.meets(Mask::SHADOW)),
         RT_TRIANGLE_COUNT => info.triangle_count,
         RT_VERTEX_COUNT => info.vertex_count,
         RT_LAZY_CUT => info.lazy_shape.cut,
@@ -184,7 +196,7 @@ fn get_object_parameter(cx: &Context, object: RTuint, pname: RTenum) -> Result<R
 }
 
 /// Stores a parameter of an object at params: RT_UPDATE_STRATEGY, RT_MOTION, RT_SPATIAL_SPLITS, RT_TRIANGLE_COUNT,
-/// RT_VERTEX_COUNT, RT_LAZY_CUT, RT_LAZY_LEVELS or RT_OBJECT_TIME (rounded).
+/// RT_VERTEX_COUNT, RT_LAZY_CUT, RT_LAZY_LEVELS, RT_MASK, RT_CAST_SHADOW or RT_OBJECT_TIME (rounded).
 ///
 /// Errors: RT_INVALID_ENUM for another parameter, RT_INVALID_VALUE when there is no such object or params is
 /// NULL, RT_INVALID_OPERATION between rtBegin() and rtEnd().

@@ -2,6 +2,7 @@
 
 use super::guard::guard;
 use super::types::*;
+use crate::api::Mask;
 use glam::DVec3;
 
 /// Places an object in the frame being assembled, with the current matrix. Instances hold for one frame: all
@@ -13,6 +14,15 @@ use glam::DVec3;
 #[unsafe(no_mangle)]
 pub extern "C" fn rtInstantiateObject(object: RTuint) {
     guard(|cx| cx.instantiate_object(object))
+}
+
+/// Which rays see the instances placed from now on, as 32 bits: those whose own mask has a bit in common with it and with the object's RT_MASK (see
+/// rtObjectParameteri()). All bits are set at first. It stays from frame to frame.
+///
+/// Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd().
+#[unsafe(no_mangle)]
+pub extern "C" fn rtInstanceMask(mask: RTbitfield) {
+    guard(|cx| cx.instance_mask(Mask(mask)))
 }
 
 /// Lets a shader of a light class shine in the frame being assembled and those after it, until a later frame

@@ -88,7 +88,7 @@ fn same_picture(a: &FrameDesc, b: &FrameDesc) -> bool {
         (f.camera, f.environment, f.renderer, f.clear_color, f.size, f.viewport, f.samples, f.max_depth, f.subsampling)
     };
     let same = |(a, b): (&crate::scene::Instance, &crate::scene::Instance)| {
-        a.object == b.object && a.world_from_object == b.world_from_object
+        a.object == b.object && a.world_from_object == b.world_from_object && a.mask == b.mask
     };
     settings(a) == settings(b)
         && a.lights == b.lights

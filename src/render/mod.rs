@@ -8,12 +8,16 @@ mod error;
 mod frameless;
 mod history;
 mod passes;
+mod queries;
 mod renderer;
+mod scene_view;
 mod tile;
 mod upsample;
 
 pub use error::RenderError;
+pub use queries::{HitSurface, Queries};
 pub use renderer::Renderer;
+pub use scene_view::SceneView;
 
 /// What the rooms above may know of the shaders.
 pub use crate::shade::builtin_classes;

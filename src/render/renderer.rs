@@ -3,15 +3,18 @@
 use super::error::RenderError;
 use super::history::{History, Plan};
 use super::passes::{Counts, Passes};
+use super::queries::{Meshes, Queries};
+use super::scene_view::SceneView;
 use super::tile::{TileJob, aspect};
 use super::upsample::upsample;
 use crate::accel::TwoLevel;
 use crate::frame::{FrameStats, Framebuffer, Lattice, Target, TileRect};
-use crate::scene::{FrameDesc, Scene, Viewport};
+use crate::scene::{FrameDesc, Mask, Scene, Viewport};
 use crate::shade::{Camera, Holes, MAX_LAYERS, ShadeScene, SurfaceUse, TextureCache, compile_camera};
 use crate::simd::Level;
 use crate::trace::{Hit, Ray, Tracer};
 use glam::Vec2;
+use std::collections::TryReserveError;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -185,12 +188,20 @@ impl Renderer {
         counts
     }
 
-    /// Queries against the structures of the last [`Renderer::commit`] or [`Renderer::render`].
-    pub fn tracer(&self) -> Tracer<'_> {
-        Tracer::new(&self.world)
+    /// What can be asked about `scene`, to which nothing was done since the last [`Renderer::commit`] or [`Renderer::render`].
+    pub fn queries<'a>(&'a self, scene: &'a Scene) -> Queries<'a> {
+        Queries::new(Tracer::new(&self.world), Meshes::Scene(scene))
     }
 
-    /// Says how long rays of [`Renderer::tracer`] have taken, see [`TwoLevel::add_traced`].
+    /// A snapshot of the same.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn snapshot(&self, scene: &Scene) -> Result<SceneView, TryReserveError> {
+        SceneView::new(self.world.view(), scene)
+    }
+
+    /// Says how long rays of [`Renderer::queries`] have taken, see [`TwoLevel::add_traced`].
     pub fn add_traced(&self, seconds: f64) {
         self.world.add_traced(seconds);
     }
@@ -213,9 +224,10 @@ impl Renderer {
         }
         let ray = camera.primary_ray(screen, aspect(*viewport), Vec2::splat(0.5))?;
         let mut ray = Ray::new(ray.origin, ray.direction);
+        let tracer = Tracer::new(&self.world).masked(Mask::CAMERA);
         let holes = Holes::new(scene, &self.textures);
         for _ in 0..MAX_LAYERS {
-            let hit = self.tracer().intersect(&ray)?;
+            let hit = tracer.intersect(&ray)?;
             if !holes.is_hole(&ray, &hit) {
                 return Some(hit);
             }

@@ -4,7 +4,7 @@
 //! A command that was sent is always valid: applying one cannot fail.
 
 use super::key_frame;
-use super::{KeyFrame, LazyShape, Mesh, Motion, Name, ParamValue, Scene, Shader, ShaderClass, Strategy, Texture};
+use super::{KeyFrame, LazyShape, Mask, Mesh, Motion, Name, ParamValue, Scene, Shader, ShaderClass, Strategy, Texture};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -25,6 +25,10 @@ pub enum Command {
     SetSpatialSplits {
         name: Name,
         wanted: bool,
+    },
+    SetMask {
+        name: Name,
+        mask: Mask,
     },
     /// New positions for vertices `first..first + positions.len()`; the topology stays.
     UpdatePositions {
@@ -116,6 +120,9 @@ impl Scene {
             }
             Command::SetSpatialSplits { name, wanted } => {
                 self.objects.entry(name).or_default().spatial_splits = wanted;
+            }
+            Command::SetMask { name, mask } => {
+                self.objects.entry(name).or_default().mask = mask;
             }
             Command::UpdatePositions { name, first, positions } => {
                 if let Some(object) = self.objects.get_mut(&name) {

@@ -24,7 +24,7 @@ impl<'a> Worker<'a> {
             let it = scene.interaction(&ray, &hit, bounce.cone, bounce.depth);
             if scene.surface(&hit).is_hole(&it, &scene.textures) {
                 ray.tmin = hit.t.next_up();
-                next = self.tracer.intersect(&ray);
+                next = self.closest(&ray, bounce.depth);
                 continue;
             }
             self.see(&it);

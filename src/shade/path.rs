@@ -70,7 +70,7 @@ impl<'a> Worker<'a> {
                     return sum.extend(if solid { 1.0 } else { 0.0 });
                 }
                 ray.tmin = hit.t.next_up();
-                next = self.tracer.intersect(&ray);
+                next = self.closest(&ray, bounce.depth);
                 continue;
             }
             self.see(&it);
@@ -94,7 +94,7 @@ impl<'a> Worker<'a> {
             }
             ray = it.spawn(step.direction);
             self.counts.secondary += 1;
-            next = self.tracer.intersect(&ray);
+            next = self.closest(&ray, bounce.depth + 1);
             bounce = Bounce { depth: bounce.depth + 1, weight: 1.0, cone: it.cone.widened(step.spread) };
         }
     }

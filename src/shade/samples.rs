@@ -24,6 +24,7 @@
 //! Tried without gain: to ask for vertices as soon as their numbers are known (prefetches cost what they save).
 //! What is left beside tracing of a frame of robots by `raycast`: fetching corners 8 %, points 6, pixels 4, camera rays 3.5, light 3.5, surfaces and sums 4.
 
+use crate::scene::Mask;
 use crate::shade::camera_packet::CameraPacket;
 use crate::shade::footprint::Cone;
 use crate::shade::integrator::Integrator;
@@ -183,7 +184,7 @@ impl<'a> Worker<'a> {
         }
         self.counts.primary += u64::from(camera.mask.count_ones());
         let mut memory = self.memory.take().unwrap_or_default();
-        let hits = self.tracer.intersect_packet(&camera.rays, camera.mask, &mut memory);
+        let hits = self.tracer.masked(Mask::CAMERA).intersect_packet(&camera.rays, camera.mask, &mut memory);
         let first = Bounce { depth: 0, weight: 1.0, cone };
         let rest = match together {
             Some(together) => camera.mask & !self.shade_together(together, camera, hits, first, samples),
@@ -261,7 +262,7 @@ impl<'a> Worker<'a> {
                 if together.shadows {
                     let asking = lighting.ask(light, which, shifts, shadows);
                     self.counts.shadow += u64::from(asking.count_ones());
-                    let occluded = self.tracer.occluded_packet(&shadows.rays, asking, memory);
+                    let occluded = self.tracer.masked(Mask::SHADOW).occluded_packet(&shadows.rays, asking, memory);
                     lighting.add_arriving(shadows, asking & !occluded, sum);
                 } else {
                     lighting.add(light, which, shifts, sum);

@@ -43,7 +43,7 @@ impl<'a> Worker<'a> {
                 return sum.extend(1.0);
             }
             ray.tmin = hit.t.next_up();
-            next = self.tracer.intersect(&ray);
+            next = self.closest(&ray, bounce.depth);
         }
         sum.extend(1.0 - rest)
     }

@@ -1,6 +1,7 @@
 //! A worker carries the camera samples of tiles, one tile after the other. It owns all that changes while rays fly, so that
 //! tiles share nothing but read-only data.
 
+use crate::scene::Mask;
 use crate::shade::footprint::Cone;
 use crate::shade::integrator::Integrator;
 use crate::shade::interaction::Interaction;
@@ -122,23 +123,30 @@ impl<'a> Worker<'a> {
         self.budget -= 1;
         self.counts.secondary += 1;
         let ray = it.spawn(direction);
-        let hit = self.tracer.intersect(&ray);
+        let hit = self.closest(&ray, from.depth + 1);
         let cone = it.cone.widened(spread);
         self.radiance(ray, hit, Bounce { depth: from.depth + 1, weight, cone }).truncate()
+    }
+
+    /// The closest hit of a ray after `depth` bounces, among what such rays see.
+    pub(crate) fn closest(&self, ray: &Ray, depth: u32) -> Option<Hit> {
+        let mask = if depth == 0 { Mask::CAMERA } else { Mask::REFLECTION };
+        self.tracer.masked(mask).intersect(ray)
     }
 
     /// Share of light that reaches the point from `distance` along `direction` (unit length).
     pub(crate) fn transmittance(&mut self, it: &Interaction, direction: Vec3, distance: f32) -> Vec3 {
         self.counts.shadow += 1;
+        let tracer = self.tracer.masked(Mask::SHADOW);
         let mut ray = Ray { tmax: distance * SHADOW_END, ..it.spawn(direction) };
         if !self.scene.see_through {
-            return if self.tracer.occluded(&ray) { Vec3::ZERO } else { Vec3::ONE };
+            return if tracer.occluded(&ray) { Vec3::ZERO } else { Vec3::ONE };
         }
         // Some surfaces let light through: ask them one by one. `occluded` first would pay for rays that meet nothing
         // only; those that it stops would have to be traced again.
         let mut share = Vec3::ONE;
         for _ in 0..MAX_LAYERS {
-            let Some(hit) = self.tracer.intersect(&ray) else { return share };
+            let Some(hit) = tracer.intersect(&ray) else { return share };
             let surface = self.scene.surface(&hit);
             if !surface.is_see_through() {
                 return Vec3::ZERO;

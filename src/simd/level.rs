@@ -30,7 +30,11 @@ impl Level {
                 && is_x86_feature_detected!("bmi2")
                 && is_x86_feature_detected!("lzcnt")
                 && is_x86_feature_detected!("popcnt");
-            if avx2 && !cfg!(openrt_few_levels) && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") {
+            if avx2
+                && !cfg!(openrt_few_levels)
+                && is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+            {
                 return Level::Avx512;
             }
             if avx2 {

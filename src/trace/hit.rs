@@ -40,6 +40,27 @@ impl Hit {
         Hit { t: tmax, u: 0.0, v: 0.0, prim: Self::NOTHING, object: 0, instance: Self::NO_INSTANCE }
     }
 
+    /// No hit, as answers to queries tell it: `t` is -1, and the numbers are 0.
+    pub const MISS: Hit = Hit { t: -1.0, u: 0.0, v: 0.0, prim: 0, object: 0, instance: 0 };
+
+    /// Whether this is an answer of no hit: distances of hits are at least 0.
+    #[inline]
+    pub fn is_miss(&self) -> bool {
+        self.t < 0.0
+    }
+
+    /// The hit, if this answer is one.
+    #[inline]
+    pub fn found(self) -> Option<Hit> {
+        if self.is_miss() { None } else { Some(self) }
+    }
+
+    /// The order of hits at equal distance.
+    #[inline(always)]
+    pub(super) fn order(instance: u32, prim: u32) -> u64 {
+        u64::from(instance) << 32 | u64::from(prim)
+    }
+
     /// Whether this is still what [`Hit::none`] gave.
     #[inline]
     pub fn is_none(&self) -> bool {

@@ -13,7 +13,7 @@ type Intersect = unsafe fn(&Bvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
 type Occluded = unsafe fn(&Bvh, &PreparedRay) -> bool;
 type Lazy = unsafe fn(&LazyBvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
 type Scene = unsafe fn(Scope<'_>, &TopLevelBvh, &PreparedRay, &mut Hit) -> bool;
-type IntersectMany = unsafe fn(Scope<'_>, &[Ray], &mut [Option<Hit>]) -> bool;
+type IntersectMany = unsafe fn(Scope<'_>, &[Ray], &mut [Hit]) -> bool;
 type OccludedMany = unsafe fn(Scope<'_>, &[Ray], &mut [bool]) -> bool;
 type PacketQuery = unsafe fn(Scope<'_>, &RayPacket, u64, &mut Scratch) -> u64;
 

@@ -2,9 +2,10 @@
 //!
 //! All kernels answer the same question with the same bits, on every instruction set and through every structure:
 //! the hit with the smallest `t`, and among equal `t` the one with the lowest (instance, object, primitive).
-//! Many rays at once go as packets of up to 64 ([`Tracer::intersect_many`], [`Tracer::intersect_packet`]), with the same bits.
+//! Many rays at once go as packets of up to 64 ([`Tracer::intersect_into`], [`Tracer::intersect_packet`]), with the same bits.
 //! How that is kept: [`ray`] (slab distances), [`triangle`] (edge functions, clamped `t`).
 
+pub mod closest_point;
 pub mod ray;
 mod scope;
 pub mod triangle;
@@ -34,6 +35,7 @@ mod traverse_top_bvh;
 mod triangle4;
 mod turns;
 
+pub use closest_point::ClosestPoint;
 pub use hit::Hit;
 pub use kernels::Kernels;
 pub use packet_query::{PacketMemory, RayPacket};

@@ -12,6 +12,8 @@ pub(super) trait OneRay: Copy {
     /// Whether `inv_dir` is below 0.
     fn is_down(self, axis: usize) -> bool;
     fn tmin(self) -> f32;
+    /// See [`PreparedRay::excludes`].
+    fn excludes(self, t: f32, instance: u32, prim: u32) -> bool;
     /// See [`PreparedRay::shear`].
     fn shear(self, i: usize) -> f32;
     /// The last of [`PreparedRay::axis`].
@@ -42,6 +44,10 @@ impl OneRay for &PreparedRay {
     #[inline(always)]
     fn tmin(self) -> f32 {
         self.tmin
+    }
+    #[inline(always)]
+    fn excludes(self, t: f32, instance: u32, prim: u32) -> bool {
+        PreparedRay::excludes(self, t, instance, prim)
     }
     #[inline(always)]
     fn shear(self, i: usize) -> f32 {
@@ -97,6 +103,11 @@ impl OneRay for InPacket<'_> {
     #[inline(always)]
     fn tmin(self) -> f32 {
         self.of(&self.packet.tmin)
+    }
+    /// All hits of packets count.
+    #[inline(always)]
+    fn excludes(self, _t: f32, _instance: u32, _prim: u32) -> bool {
+        false
     }
     #[inline(always)]
     fn shear(self, i: usize) -> f32 {

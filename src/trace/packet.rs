@@ -416,6 +416,7 @@ impl Packet {
         let vec = |rows: &[Rows; 3]| Vec3::new(rows[0][g][l], rows[1][g][l], rows[2][g][l]);
         let z = self.axis(r);
         PreparedRay {
+            from: 0,
             org: vec(&self.org),
             dir: vec(&self.dir),
             inv_dir: vec(&self.inv_dir),

@@ -191,7 +191,7 @@ mod tests {
                     for ((rays, hits), dark) in
                         rays.chunks(piece).zip(hits.chunks_mut(piece)).zip(dark.chunks_mut(piece))
                     {
-                        tracer.intersect_many(rays, hits);
+                        hits.copy_from_slice(&tracer.intersect_many(rays));
                         tracer.occluded_many(rays, dark);
                     }
                     for (i, ray) in rays.iter().enumerate() {

@@ -5,7 +5,8 @@
 //! monotone in the plane's position and equal on every instruction set. `inv_dir` is kept finite, which keeps NaN out
 //! of the slab test: `0 * inf` cannot occur.
 
-use crate::accel::{Aabb, MAX_COORDINATE};
+use super::Hit;
+use crate::accel::{Aabb, MAX_COORDINATE, Merged};
 use glam::{Vec3, Vec3A};
 
 /// Relative widening of a slab exit distance. The three roundings of a slab distance need 3 units in the last place
@@ -53,6 +54,8 @@ pub struct PreparedRay {
     pub axis: [usize; 3],
     /// `dir[axis[0]] / dir[axis[2]]`, `dir[axis[1]] / dir[axis[2]]`, `1 / dir[axis[2]]`.
     pub shear: Vec3,
+    /// At the distance `tmin`, hits count from this number on (see [`Hit::order`]); 0 for all.
+    pub from: u64,
 }
 
 impl PreparedRay {
@@ -102,7 +105,20 @@ impl PreparedRay {
         }
         let shear = Vec3A::new(first, second, 1.0) / Vec3A::splat(depth);
         let (inv_dir, shear) = (inv_dir.into(), shear.into());
-        Some(Self { org: ray.org, dir: ray.dir, inv_dir, tmin, tmax: ray.tmax, axis, shear })
+        Some(Self { org: ray.org, dir: ray.dir, inv_dir, tmin, tmax: ray.tmax, axis, shear, from: 0 })
+    }
+
+    /// The ray in the merged tree, whose triangles have numbers of their own.
+    pub(super) fn in_merged(&self, merged: &Merged) -> Self {
+        let (instance, prim) = ((self.from >> 32) as u32, self.from as u32);
+        let from = if self.from == 0 { 0 } else { Hit::order(u32::MAX, merged.first_from(instance, prim)) };
+        Self { from, ..*self }
+    }
+
+    /// Whether a hit lies before those that count: an earlier one of several at the distance `tmin`.
+    #[inline(always)]
+    pub(super) fn excludes(&self, t: f32, instance: u32, prim: u32) -> bool {
+        t == self.tmin && Hit::order(instance, prim) < self.from
     }
 
     /// Distances at which the ray enters and leaves `aabb`, neither padded nor cut to the ray's own interval.

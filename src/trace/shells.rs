@@ -132,9 +132,9 @@ macro_rules! shells {
             /// # Safety
             /// - The processor has the features named.
             $(#[target_feature(enable = $feature)])*
-            unsafe fn intersect_many(world: Scope<'_>, rays: &[Ray], hits: &mut [Option<Hit>]) -> bool {
+            unsafe fn intersect_many(world: Scope<'_>, rays: &[Ray], hits: &mut [Hit]) -> bool {
                 // SAFETY: the caller's promise.
-                unsafe { trace_many::<$isa, false>(world, &KERNELS, rays, |i, hit| hits[i] = hit) }
+                unsafe { trace_many::<$isa, false>(world, &KERNELS, rays, |i, hit| hits[i] = hit.unwrap_or(Hit::MISS)) }
             }
 
             /// # Safety

@@ -30,6 +30,11 @@ impl<'a> Tracer<'a> {
         Self { world: Scope::new(self.world.view(), mask), ..*self }
     }
 
+    /// What rays see.
+    pub fn scope(&self) -> Scope<'a> {
+        self.world
+    }
+
     /// The structures that are traced.
     pub fn world(&self) -> &'a WorldView {
         self.world.view()
@@ -48,12 +53,32 @@ impl<'a> Tracer<'a> {
         if is_usual(ray) { self.any(ray) } else { rescale(ray).is_some_and(|(scaled, _)| self.any(&scaled)) }
     }
 
-    /// [`Tracer::intersect`] for many rays, as packets: rays that are near each other in `rays` should be near each other in space,
+    /// Calls `visit` with the hits of `ray` one after the other, by distance and then by numbers, until it returns false. Each costs the search for
+    /// a closest hit.
+    pub fn each_hit(&self, ray: &Ray, mut visit: impl FnMut(&Hit) -> bool) {
+        let rescaled = if is_usual(ray) { None } else { rescale(ray) };
+        let Some(mut prepared) = PreparedRay::new(&rescaled.map_or(*ray, |(scaled, _)| scaled)) else { return };
+        loop {
+            let mut best = Hit::none(prepared.tmax);
+            if !traverse_scene::traverse::<false>(self.world, &self.kernels, &prepared, &mut best) {
+                return;
+            }
+            let hit = rescaled.map_or(best, |(_, length)| unscaled(best, ray, length));
+            if !visit(&hit) {
+                return;
+            }
+            // A hit has the last number only if nothing comes after it at its distance.
+            prepared.tmin = best.t;
+            prepared.from = Hit::order(best.instance, best.prim).saturating_add(1);
+        }
+    }
+
+    /// [`Tracer::intersect`] for many rays, [`Hit::MISS`] for none, as packets: rays that are near each other in `rays` should be near each other in space,
     /// from 64 on it pays. Callers cut large batches into pieces and trace these in parallel.
     ///
     /// # Panics
     /// When the slices differ in length.
-    pub fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    pub fn intersect_into(&self, rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len(), "one answer per ray");
         let packets = rays.len() >= WORTH_A_PACKET;
         // SAFETY: holding kernels proves that the processor can run them.
@@ -61,8 +86,15 @@ impl<'a> Tracer<'a> {
             return;
         }
         for (ray, hit) in rays.iter().zip(hits).filter(|(ray, _)| !packets || !is_usual(ray)) {
-            *hit = self.intersect(ray);
+            *hit = self.intersect(ray).unwrap_or(Hit::MISS);
         }
+    }
+
+    /// [`Tracer::intersect_into`] into memory of its own.
+    pub fn intersect_many(&self, rays: &[Ray]) -> Vec<Option<Hit>> {
+        let mut hits = vec![Hit::MISS; rays.len()];
+        self.intersect_into(rays, &mut hits);
+        hits.into_iter().map(Hit::found).collect()
     }
 
     /// [`Tracer::occluded`] for many rays.
@@ -72,7 +104,7 @@ impl<'a> Tracer<'a> {
     pub fn occluded_many(&self, rays: &[Ray], answers: &mut [bool]) {
         assert_eq!(rays.len(), answers.len(), "one answer per ray");
         let packets = rays.len() >= WORTH_A_PACKET;
-        // SAFETY: as in `intersect_many`.
+        // SAFETY: as in `intersect_into`.
         if packets && unsafe { (self.kernels.occluded_many)(self.world, rays, answers) } {
             return;
         }
@@ -98,11 +130,15 @@ impl<'a> Tracer<'a> {
     #[cold]
     fn closest_rescaled(&self, ray: &Ray) -> Option<Hit> {
         let (scaled, length) = rescale(ray)?;
-        let hit = self.closest(&scaled)?;
-        // For a denormal direction the distance itself may be beyond f32; a hit's distance is finite.
-        let t = ((f64::from(hit.t) / length) as f32).min(f32::MAX);
-        Some(Hit { t: t.clamp(ray.tmin.max(0.0), ray.tmax), ..hit })
+        self.closest(&scaled).map(|hit| unscaled(hit, ray, length))
     }
+}
+
+/// A hit of the ray that [`rescale`] has made of `ray`, with the distance on `ray`.
+fn unscaled(hit: Hit, ray: &Ray, length: f64) -> Hit {
+    // For a denormal direction the distance itself may be beyond f32; a hit's distance is finite.
+    let t = ((f64::from(hit.t) / length) as f32).min(f32::MAX);
+    Hit { t: t.clamp(ray.tmin.max(0.0), ray.tmax), ..hit }
 }
 
 /// Whether a ray can be traced as it is.

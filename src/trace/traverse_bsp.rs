@@ -51,6 +51,9 @@ fn traverse<const ANY: bool>(bsp: &Bsp, ray: &PreparedRay, object: u32, instance
         if ANY {
             return true;
         }
+        if ray.excludes(h.t, instance, prim) {
+            return false;
+        }
         let hit = Hit { t: h.t, u: h.u, v: h.v, prim, object, instance };
         found |= hit.replaces(best);
         false

@@ -154,6 +154,9 @@ impl<const ANY: bool> Search<'_, ANY> {
         if ANY {
             return true;
         }
+        if self.ray.excludes(h.t, self.instance, prim) {
+            return false;
+        }
         let hit = Hit { t: h.t, u: h.u, v: h.v, prim, object: self.object, instance: self.instance };
         self.found |= hit.replaces(self.best);
         false

@@ -135,6 +135,9 @@ fn traverse<const ANY: bool>(grid: &Grid, ray: &PreparedRay, object: u32, instan
                     if ANY {
                         return true;
                     }
+                    if ray.excludes(h.t, instance, prim) {
+                        continue;
+                    }
                     let hit = Hit { t: h.t, u: h.u, v: h.v, prim, object, instance };
                     found |= hit.replaces(best);
                 }

@@ -356,7 +356,7 @@ mod tests {
     use crate::accel::{Structure, TwoLevel};
     use crate::scene::{Command, Instance, LazyShape, Motion, Scene, Strategy};
     use crate::simd::Level;
-    use crate::trace::{Hit, Ray, Tracer};
+    use crate::trace::{Ray, Tracer};
     use glam::Affine3A;
 
     #[test]
@@ -386,8 +386,7 @@ mod tests {
                 assert!(lazy.segments() > 8);
                 (0..lazy.segments()).filter(|_| random.below(claimed) == 0).for_each(|s| lazy.leave_claimed(s));
                 let (expected, tracer) = (Tracer::new(&plain), Tracer::new(&world));
-                let mut many: Vec<Option<Hit>> = vec![None; rays.len()];
-                tracer.intersect_many(&rays, &mut many);
+                let many = tracer.intersect_many(&rays);
                 let mut dark = vec![false; rays.len()];
                 tracer.occluded_many(&rays, &mut dark);
                 for (i, ray) in rays.iter().enumerate() {

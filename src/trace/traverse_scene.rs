@@ -198,7 +198,7 @@ fn visit<const ANY: bool>(
         Space::Object { object_from_world } => {
             let local = transform(object_from_world, ray);
             let Some(local) = PreparedRay::entering(&local, &accel().bounds(), best.t) else { return false };
-            transformed = local;
+            transformed = PreparedRay { from: ray.from, ..local };
             &transformed
         }
         Space::World => ray,
@@ -228,5 +228,5 @@ fn visit_merged<const ANY: bool>(world: Scope<'_>, kernels: &Kernels, ray: &Prep
     }
     // Numbers mean nothing yet, so hits as far away as the best one count.
     let mut own = Hit::none(best.t);
-    kernels.intersect(merged.bvh(), ray, 0, u32::MAX, &mut own) && own.located(merged).replaces(best)
+    kernels.intersect(merged.bvh(), &ray.in_merged(merged), 0, u32::MAX, &mut own) && own.located(merged).replaces(best)
 }

@@ -142,7 +142,12 @@ unsafe fn visit<I: Shells, const ANY: bool>(
     let (local, bvh) = match &record.space {
         Space::Merged => {
             let Some(merged) = world.merged() else { return false };
-            (ray, merged.bvh())
+            if ray.from == 0 {
+                (ray, merged.bvh())
+            } else {
+                transformed = ray.in_merged(merged);
+                (&transformed, merged.bvh())
+            }
         }
         space => {
             let accel = &world.objects()[record.slot as usize];
@@ -150,7 +155,7 @@ unsafe fn visit<I: Shells, const ANY: bool>(
                 Space::Object { object_from_world } => {
                     let local = transform(object_from_world, ray);
                     let Some(local) = PreparedRay::entering(&local, &accel.bounds(), best.t) else { return false };
-                    transformed = local;
+                    transformed = PreparedRay { from: ray.from, ..local };
                     &transformed
                 }
                 // The lane of the top level was the object's own box.

@@ -185,7 +185,8 @@ pub(super) unsafe fn resolve<I: Isa, const ANY: bool, R: OneRay>(
             let lane = hits.trailing_zeros() as usize & (BLOCK - 1);
             hits &= hits - 1;
             let [t, u, v] = out.map(|row| row[lane]);
-            found |= Hit { t, u, v, prim: block.prims[lane], object, instance }.replaces(best);
+            let prim = block.prims[lane];
+            found |= !ray.excludes(t, instance, prim) && Hit { t, u, v, prim, object, instance }.replaces(best);
         }
     }
     found
@@ -264,8 +265,9 @@ fn resolve_alone<const ANY: bool>(
         if ANY {
             return true;
         }
-        let hit = Hit { t: h.t, u: h.u, v: h.v, prim: block.prims[lane], object, instance };
-        found |= hit.replaces(best);
+        let prim = block.prims[lane];
+        let hit = Hit { t: h.t, u: h.u, v: h.v, prim, object, instance };
+        found |= !ray.excludes(h.t, instance, prim) && hit.replaces(best);
     }
     found
 }

@@ -335,6 +335,7 @@ int main(int argc, char **argv)
     rtDestroyContext(0);
     CHECK(rtGetError() == RT_INVALID_VALUE);
     rtCancelContext(1);
+    rtReleaseScene(0);
     CHECK(rtGetError() == RT_INVALID_VALUE);
     rts_functions_without_a_context();
 

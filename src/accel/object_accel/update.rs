@@ -157,6 +157,7 @@ fn take_over<'a>(
         exclusive(shared).structure = copy.unwrap_or_default();
     }
     let accel = exclusive(shared);
+    accel.forget_proximity();
     if let Some(waiting) = accel.waiting.take() {
         accel.structure = Structure::Bvh(waiting.into_tree());
     }

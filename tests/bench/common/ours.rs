@@ -45,7 +45,7 @@ impl Ours {
     }
 }
 
-type Closest = fn(&Tracer, &[Ray], &mut [Option<Hit>]);
+type Closest = fn(&Tracer, &[Ray], &mut [Hit]);
 type Any = fn(&Tracer, &[Ray], &mut [bool]);
 
 /// One way to trace a chunk: its name, whether ray by ray, and the calls. Every mode competes for "ours best".
@@ -63,7 +63,7 @@ pub const MODES: &[Mode] = &[
         single: true,
         closest: |tracer, rays, hits| {
             for (ray, hit) in rays.iter().zip(hits) {
-                *hit = tracer.intersect(ray);
+                *hit = tracer.intersect(ray).unwrap_or(Hit::MISS);
             }
         },
         any: |tracer, rays, answers| {
@@ -75,7 +75,7 @@ pub const MODES: &[Mode] = &[
     Mode {
         name: "many",
         single: false,
-        closest: |tracer, rays, hits| tracer.intersect_many(rays, hits),
+        closest: |tracer, rays, hits| tracer.intersect_into(rays, hits),
         any: |tracer, rays, answers| tracer.occluded_many(rays, answers),
     },
 ];
@@ -85,7 +85,7 @@ pub struct ClosestWorker<'a> {
     pub tracer: Tracer<'a>,
     pub call: Closest,
     pub rays: Vec<Ray>,
-    pub found: Vec<Option<Hit>>,
+    pub found: Vec<Hit>,
 }
 
 impl Worker for ClosestWorker<'_> {
@@ -93,7 +93,7 @@ impl Worker for ClosestWorker<'_> {
         self.rays.clear();
         self.rays.extend_from_slice(rays);
         self.found.clear();
-        self.found.resize(rays.len(), None);
+        self.found.resize(rays.len(), Hit::MISS);
     }
 
     fn trace(&mut self) {
@@ -101,7 +101,7 @@ impl Worker for ClosestWorker<'_> {
     }
 
     fn hits(&self) -> usize {
-        self.found.iter().flatten().count()
+        self.found.iter().filter(|hit| !hit.is_miss()).count()
     }
 }
 

@@ -45,8 +45,7 @@ pub struct View {
 
 /// Traces rays and, from each hit, a shadow ray to a point light, as two batches; gives how many of both hit.
 pub fn with_shadows(tracer: &Tracer, rays: &[Ray], light: Vec3) -> Hits {
-    let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
-    tracer.intersect_many(rays, &mut hits);
+    let hits = tracer.intersect_many(rays);
     let shadow = |(ray, hit): (&Ray, &Option<Hit>)| {
         let at = ray.org + ray.dir * (hit.as_ref()?.t * 0.9999);
         Some(Ray { tmax: 1.0, ..Ray::new(at, light - at) })

@@ -32,8 +32,7 @@ impl Scenery<'_> {
 
     /// Closest hits, their shadow rays, and the rays that are mirrored.
     fn level(&self, tracer: &Tracer, rays: &[Ray], mirror: bool) -> (usize, Vec<Ray>) {
-        let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
-        tracer.intersect_many(rays, &mut hits);
+        let hits = tracer.intersect_many(rays);
         let at = |ray: &Ray, hit: &Hit| ray.org + ray.dir * (hit.t * 0.9999);
         let found = || rays.iter().zip(&hits).filter_map(|(ray, hit)| Some((ray, hit.as_ref()?)));
         let mut count = 0;

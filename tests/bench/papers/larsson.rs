@@ -268,7 +268,7 @@ fn animate(show: &Show, options: &Options, step: u32) -> (Vec<Times>, f64) {
         let hybrid = &rows[1].1;
         if !first {
             touched[0] += hybrid.touched().0;
-            touched[1] += hybrid.objects().iter().map(subtrees).sum::<u64>();
+            touched[1] += hybrid.objects().iter().map(|object| subtrees(object)).sum::<u64>();
             let scenery = Scenery { scene: &rows[1].0, lights: &show.lights, mirrors: show.mirrors };
             again.push(pool.install(|| Cost::of(|| scenery.trace(hybrid, &primary))).0.busiest);
         }

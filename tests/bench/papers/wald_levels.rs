@@ -16,7 +16,7 @@ use crate::scenes::{self, BenchScene, Part, forest, in_place};
 use glam::{Affine3A, Quat, Vec3};
 use openrt::scene::{Mesh, Motion};
 use openrt::threads::Pool;
-use openrt::trace::{Ray, Tracer};
+use openrt::trace::{Hit, Ray, Tracer};
 
 const GOAL: f64 = 0.10;
 
@@ -139,7 +139,7 @@ fn trace(tracer: &Tracer, rays: &[Ray], any: bool) -> f64 {
         if any {
             tracer.occluded_many(rays, &mut vec![false; rays.len()]);
         } else {
-            tracer.intersect_many(rays, &mut vec![None; rays.len()]);
+            tracer.intersect_into(rays, &mut vec![Hit::MISS; rays.len()]);
         }
     }
     thread_seconds() - begin

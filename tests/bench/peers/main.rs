@@ -8,7 +8,7 @@
 //! Embree (`libembree3`) is loaded at run time. Without it only our own figures are printed, and the bench says so.
 //! Build it without `CARGO_INCREMENTAL`: the many units of incremental builds prevent inlining (S2: 2.3 instead of 4.7 Mrays/s).
 //!
-//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`dynamic`], [`frames`], [`builders`], [`splits`] and [`toplevel`].
+//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`dynamic`], [`frames`], [`single`], [`builders`], [`splits`] and [`toplevel`].
 
 mod builders;
 mod dynamic;
@@ -33,6 +33,7 @@ mod rays;
 mod report;
 #[path = "../common/scenes/mod.rs"]
 mod scenes;
+mod single;
 mod splits;
 #[path = "../common/start.rs"]
 mod start;
@@ -63,6 +64,7 @@ fn main() -> ExitCode {
         Suite::TopLevel => toplevel::run(&options, embree.as_ref()),
         Suite::Lazy => lazy::run(&options),
         Suite::Field => field::run(&options),
+        Suite::Single => single::run(&options, embree.as_ref()),
     };
     start::end(options.json.as_deref(), || json)
 }

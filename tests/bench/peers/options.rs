@@ -9,6 +9,7 @@ usage: cargo bench --bench peers -- SUITE [options]
   static           rays per second on S1 … S7
   dynamic          milliseconds per frame, update and trace, of S4 … S7, CROWD and SCULPT, by every strategy
   frames           whole frames of the renderer on S2 and S6, beside batches of as many rays
+  single           one ray per call, two threads, batches of 4,096, through the C interface, on S1, S2, S6 and CUBES
   build            nanoseconds per triangle of builders and refit, SAH cost, memory
   splits           what spatial splits give and cost: S1, S4, a tree, beams, needles
   toplevel         time to place 161 … 100,000 instances
@@ -34,6 +35,7 @@ pub enum Suite {
     TopLevel,
     Lazy,
     Field,
+    Single,
 }
 
 #[derive(Clone, Debug)]
@@ -79,6 +81,7 @@ impl Options {
                 "toplevel" => suite = Some(Suite::TopLevel),
                 "lazy" => suite = Some(Suite::Lazy),
                 "field" => suite = Some(Suite::Field),
+                "single" => suite = Some(Suite::Single),
                 "--quick" => options.quick = true,
                 "--all" => options.all = true,
                 "--threads" => {
