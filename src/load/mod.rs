@@ -13,6 +13,7 @@ mod model;
 mod nff;
 mod obj;
 mod ply;
+mod report;
 #[cfg(test)]
 mod tests;
 

@@ -1,5 +1,6 @@
 //! Collects triangles per node and materials without repeats, and turns both into objects.
 
+use super::curved::{Curved, CurvedObjects};
 use crate::load::model::{Deform, KeyedTriangle, Material, Mesh, Object, TriangleKey};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use std::collections::HashMap;
@@ -66,6 +67,7 @@ pub struct Builder {
     /// One for each node that has geometry, in the order of first use.
     parts: Vec<(u32, Part)>,
     part_of_node: HashMap<u32, usize>,
+    curved: CurvedObjects,
 }
 
 impl Builder {
@@ -119,18 +121,24 @@ impl Builder {
         part.keyed_materials.push(material);
     }
 
-    /// Number of triangles so far, key-framed ones included.
-    pub fn len(&self) -> usize {
-        self.parts.iter().map(|(_, p)| p.mesh.triangles.len() + p.keyed.len()).sum()
+    /// Adds a curved surface: one more place of an object that all surfaces of its kind and material share.
+    pub fn add_curved(&mut self, node: u32, baked: &Baked, curved: &Curved, material: u32) {
+        self.curved.add(node, baked.matrix() * curved.placement, curved.kind, material);
     }
 
-    /// One rigid object per node, and one of key-framed triangles where there are any.
+    /// Number of triangles so far, key-framed ones included; a curved surface counts as one.
+    pub fn len(&self) -> usize {
+        self.parts.iter().map(|(_, p)| p.mesh.triangles.len() + p.keyed.len()).sum::<usize>() + self.curved.len()
+    }
+
+    /// One rigid object per node, one of key-framed triangles where there are any, and one for each kind and material of
+    /// curved surfaces at a node.
     pub fn finish(self, name_of_node: impl Fn(u32) -> String) -> Vec<Object> {
         let mut objects = Vec::new();
         for (node, part) in self.parts {
             let name = name_of_node(node);
             if !part.mesh.triangles.is_empty() {
-                objects.push(Object { name: name.clone(), node, mesh: part.mesh, deform: Deform::Rigid });
+                objects.push(Object::new(name.clone(), node, part.mesh, Deform::Rigid));
             }
             if !part.keyed.is_empty() {
                 let mut mesh = Mesh { materials: part.keyed_materials, ..Mesh::default() };
@@ -142,9 +150,10 @@ impl Builder {
                     mesh.triangles.push([first, first + 1, first + 2]);
                 }
                 let deform = Deform::Triangles(part.keyed);
-                objects.push(Object { name: format!("{name}, key-framed"), node, mesh, deform });
+                objects.push(Object::new(format!("{name}, key-framed"), node, mesh, deform));
             }
         }
+        objects.extend(self.curved.finish(name_of_node));
         objects
     }
 }

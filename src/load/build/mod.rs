@@ -2,6 +2,8 @@
 //! polygons as triangles.
 
 mod builder;
-pub mod shapes;
+mod curved;
+pub mod polygon;
 
 pub use builder::{Baked, Builder, Corner, MaterialTable};
+pub use curved::Curved;

@@ -135,13 +135,16 @@ impl LoadedScene {
             self.sky = Some(shaders.make(context, "gradient")?);
         }
         let moving = file.moving_nodes();
-        for object in &file.objects {
+        // A range of names, for callers who want to walk over the objects.
+        let count = i32::try_from(file.objects.len()).map_err(|_| Error::out_of_memory())?;
+        let first = if count > 0 { context.gen_objects(count)? } else { 0 };
+        for (name, object) in (first..).zip(&file.objects) {
             let motion = match object.deform {
                 Deform::Rigid if moving[object.node as usize] => Motion::Affine,
                 Deform::Rigid => Motion::Static,
                 _ => Motion::Unstructured,
             };
-            self.objects.push(objects::define(context, object, motion, &self.surfaces)?);
+            self.objects.push(objects::define(context, name, object, motion, &self.surfaces)?);
         }
         Ok(())
     }
@@ -151,7 +154,7 @@ impl LoadedScene {
         &self.file
     }
 
-    /// Names of the objects, in the order of [`SceneFile::objects`].
+    /// Names of the objects, one after the other, in the order of [`SceneFile::objects`].
     pub fn objects(&self) -> impl ExactSizeIterator<Item = Name> + '_ {
         self.objects.iter().map(|o| o.name)
     }
@@ -206,10 +209,12 @@ impl LoadedScene {
             {
                 objects::update(context, placed, &deformed)?;
             }
-            context.push_matrix()?;
-            context.mult_matrix(DMat4::from(object.world_from_object(poses)))?;
-            context.instantiate_object(placed.name)?;
-            context.pop_matrix()?;
+            for world in object.placements(poses) {
+                context.push_matrix()?;
+                context.mult_matrix(DMat4::from(world))?;
+                context.instantiate_object(placed.name)?;
+                context.pop_matrix()?;
+            }
         }
         self.deformed_at = Some(time);
         Ok(())

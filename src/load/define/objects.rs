@@ -34,8 +34,13 @@ fn groups(mesh: &Mesh) -> Vec<Group> {
 }
 
 /// Compiles an object under the identity: one draw for each of its materials. `surfaces` are the shaders of the materials.
-pub fn define(context: &mut Context, object: &Object, motion: Motion, surfaces: &[Name]) -> Result<Placed, Error> {
-    let name = context.gen_objects(1)?;
+pub fn define(
+    context: &mut Context,
+    name: Name,
+    object: &Object,
+    motion: Motion,
+    surfaces: &[Name],
+) -> Result<Placed, Error> {
     context.new_object(name, Mode::Compile, motion)?;
     let drawn = draw(context, object, surfaces);
     // What was begun is ended also when a part of it was refused.
@@ -55,8 +60,10 @@ fn draw(context: &mut Context, object: &Object, surfaces: &[Name]) -> Result<Vec
     let mesh = &object.mesh;
     let surface = |material: u32| surfaces.get(material as usize).copied().unwrap_or(0);
     let deforms = !matches!(object.deform, Deform::Rigid);
-    if mesh.materials.windows(2).all(|w| w[0] == w[1]) {
-        context.bind_shader(surface(mesh.materials.first().copied().unwrap_or(0)))?;
+    let alike = || mesh.materials.windows(2).all(|w| w[0] == w[1]);
+    if object.material.is_some() || alike() {
+        let material = object.material.or(mesh.materials.first().copied()).unwrap_or(0);
+        context.bind_shader(surface(material))?;
         context.draw_mesh(&TriangleMesh {
             positions: &mesh.positions,
             normals: &mesh.normals,

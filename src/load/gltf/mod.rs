@@ -179,7 +179,7 @@ fn add_mesh(
         let weights = node.weights().or(mesh.weights()).map_or_else(|| vec![0.0; part.targets.len()], <[f32]>::to_vec);
         let deform = if rigid { Deform::Rigid } else { Deform::Blend { targets: part.targets, weights, skin } };
         let name = mesh.name().map_or_else(|| format!("mesh {}", mesh.index()), str::to_string);
-        scene.objects.push(Object { name, node: index, mesh: part.mesh, deform });
+        scene.objects.push(Object::new(name, index, part.mesh, deform));
     }
     Ok(())
 }

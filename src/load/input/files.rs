@@ -4,7 +4,11 @@
 //! textures (`../TextureFiles` in BART), and nothing else: absolute paths, other `..` and symbolic links that lead
 //! outside are refused.
 
+use super::lines::decoded;
 use crate::load::LoadError;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -23,7 +27,12 @@ pub struct Tree {
     /// Folder of the main file.
     folder: PathBuf,
     allowed: Vec<PathBuf>,
+    /// Names in folders where something was looked for without regard to case.
+    listed: RefCell<HashMap<PathBuf, Listing>>,
 }
+
+/// Names of a folder by their small letters; of several that differ in capitals, the first in order.
+type Listing = HashMap<String, OsString>;
 
 impl Tree {
     pub fn of(main_file: &Path) -> Result<Self, LoadError> {
@@ -34,11 +43,11 @@ impl Tree {
         let real = folder.canonicalize().map_err(|e| LoadError::io(main_file, &e))?;
         let siblings = TEXTURE_SIBLINGS.iter().filter_map(|s| real.parent().map(|p| p.join(s)));
         let allowed = std::iter::once(real.clone()).chain(siblings.filter(|s| s.is_dir())).collect();
-        Ok(Self { folder, allowed })
+        Ok(Self { folder, allowed, listed: RefCell::default() })
     }
 
-    /// The file called `name`, looked for in `folder` (of the file that names it) and in the scene's own.
-    /// The error says why in words that follow the name.
+    /// The file called `name`, looked for in `folder` (of the file that names it) and in the scene's own; one that is spelled
+    /// with other capitals is found too. The error says why in words that follow the name.
     pub fn find(&self, name: &str, folder: &Path) -> Result<PathBuf, String> {
         let name = name.replace('\\', "/");
         if Path::new(&name).is_absolute() || name.contains(':') {
@@ -46,7 +55,11 @@ impl Tree {
         }
         let mut refused = false;
         for base in [folder, self.folder.as_path()] {
-            let path = base.join(&name);
+            let Some(path) = self.existing(base, &name) else {
+                // A missing file outside the tree is refused too: its existence is none of the scene's business.
+                refused |= escapes(&name);
+                continue;
+            };
             match path.canonicalize() {
                 Ok(real) if self.allowed.iter().any(|a| real.starts_with(a)) => {
                     if real.is_file() {
@@ -54,25 +67,61 @@ impl Tree {
                     }
                 }
                 Ok(_) => refused = true,
-                // A missing file outside the tree is refused too: its existence is none of the scene's business.
-                Err(_) => refused |= escapes(&name),
+                Err(_) => {}
             }
         }
         Err(if refused { "lies outside the scene's folder".into() } else { "does not exist".into() })
     }
 
-    /// Like [`Tree::find`], also in the usual texture folders.
+    /// The path below `base` that `name` spells, with other capitals or in Latin-1 if there is nothing of exactly that name.
+    fn existing(&self, base: &Path, name: &str) -> Option<PathBuf> {
+        let exact = base.join(name);
+        if exact.exists() {
+            return Some(exact);
+        }
+        let mut path = base.to_path_buf();
+        for part in name.split('/').filter(|p| !p.is_empty() && *p != ".") {
+            let exact = path.join(part);
+            if exact.exists() {
+                path = exact;
+                continue;
+            }
+            let mut listed = self.listed.borrow_mut();
+            let listing = listed.entry(path.clone()).or_insert_with(|| listing(&path));
+            path.push(listing.get(&part.to_lowercase())?);
+        }
+        Some(path)
+    }
+
+    /// Like [`Tree::find`], also in the usual texture folders; and, since scenes travel without the folders that they were made
+    /// in, there also by the last part of its path.
     pub fn find_texture(&self, name: &str, folder: &Path) -> Result<PathBuf, String> {
         let mut first_error = None;
-        for sub in TEXTURE_FOLDERS {
-            let candidate = if sub.is_empty() { name.to_string() } else { format!("{sub}/{name}") };
-            match self.find(&candidate, folder) {
-                Ok(path) => return Ok(path),
-                Err(e) => first_error = first_error.or(Some(e)),
+        let last = name.rsplit(['/', '\\']).next().filter(|last| *last != name);
+        for name in [Some(name), last].into_iter().flatten() {
+            for sub in TEXTURE_FOLDERS {
+                let candidate = if sub.is_empty() { name.to_string() } else { format!("{sub}/{name}") };
+                match self.find(&candidate, folder) {
+                    Ok(path) => return Ok(path),
+                    Err(e) => first_error = first_error.or(Some(e)),
+                }
             }
         }
         Err(first_error.unwrap_or_default())
     }
+}
+
+fn listing(folder: &Path) -> Listing {
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let entries = fs::read_dir(here).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.file_name()));
+    let mut names: Vec<OsString> = entries.collect();
+    // The same one each time, whatever the order in the folder.
+    names.sort();
+    let mut listing = Listing::new();
+    for name in names {
+        listing.entry(decoded(name.as_encoded_bytes()).to_lowercase()).or_insert(name);
+    }
+    listing
 }
 
 /// Whether `name` climbs above the folder it starts in, apart from the texture siblings.

@@ -21,6 +21,11 @@ impl<'a> Lexer<'a> {
         Self { path, bytes, position: 0, next_line: 1, line: 1 }
     }
 
+    /// The file.
+    pub fn path(&self) -> &'a Path {
+        self.path
+    }
+
     /// Line of the word read last.
     pub fn line(&self) -> u32 {
         self.line
@@ -34,6 +39,8 @@ impl<'a> Lexer<'a> {
         while let Some(&b) = self.bytes.get(self.position) {
             match b {
                 b'\n' => self.next_line += 1,
+                // CR alone ends lines of old Macintosh files.
+                b'\r' if self.bytes.get(self.position + 1) != Some(&b'\n') => self.next_line += 1,
                 b'#' | b'%' => {
                     self.skip_line();
                     continue;
@@ -48,7 +55,7 @@ impl<'a> Lexer<'a> {
     /// Goes to the end of the current line, not past it.
     pub fn skip_line(&mut self) {
         let rest = &self.bytes[self.position..];
-        self.position += rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        self.position += rest.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(rest.len());
     }
 
     /// The next word; `None` at the end of the file.
@@ -173,6 +180,13 @@ mod tests {
         let words: Vec<_> = std::iter::from_fn(|| l.word().map(|w| (show(w), l.line()))).collect();
         let expected = [("x", 1), ("name", 1), ("{", 1), ("1.5e-1", 3), ("}", 5)];
         assert_eq!(words, expected.map(|(w, n)| (w.to_string(), n)));
+    }
+
+    #[test]
+    fn carriage_returns_end_lines() {
+        let mut l = lexer(b"# a\rb\r\nc\r\rd");
+        let words: Vec<_> = std::iter::from_fn(|| l.word().map(|w| (show(w), l.line()))).collect();
+        assert_eq!(words, [("b", 2), ("c", 3), ("d", 5)].map(|(w, n)| (w.to_string(), n)));
     }
 
     #[test]

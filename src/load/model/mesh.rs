@@ -1,7 +1,8 @@
 //! Triangles of one object and the ways in which they change with time.
 
 use super::{Local, Node, Pose};
-use glam::{DAffine3, Mat4, Vec2, Vec3, Vec4};
+use glam::{Affine3, DAffine3, Mat4, Vec2, Vec3, Vec4};
+use std::sync::Arc;
 
 /// Indexed triangles. An attribute is empty or has one entry per position.
 #[derive(Clone, Debug, Default)]
@@ -78,8 +79,13 @@ pub enum Deform {
 pub struct Object {
     pub name: String,
     pub node: u32,
-    pub mesh: Mesh,
+    /// Shared by objects that differ in their material only.
+    pub mesh: Arc<Mesh>,
+    /// Material of all triangles, in place of the mesh's own.
+    pub material: Option<u32>,
     pub deform: Deform,
+    /// Where it stands relative to the node; empty for once, at the node itself.
+    pub copies: Vec<Affine3>,
 }
 
 /// Vertices of a deformed object, in object space.
@@ -91,7 +97,24 @@ pub struct Deformed {
 }
 
 impl Object {
-    /// Placement of the object; a skinned mesh is placed by its joints alone.
+    /// An object that stands once, at its node.
+    pub fn new(name: String, node: u32, mesh: Mesh, deform: Deform) -> Self {
+        Self { name, node, mesh: Arc::new(mesh), material: None, deform, copies: Vec::new() }
+    }
+
+    /// How often the object stands in the scene.
+    pub fn count(&self) -> usize {
+        self.copies.len().max(1)
+    }
+
+    /// Where it stands in the world, once or more often.
+    pub fn placements(&self, poses: &[Pose]) -> impl Iterator<Item = DAffine3> + '_ {
+        let world = self.world_from_object(poses);
+        let once = self.copies.is_empty().then_some(world);
+        once.into_iter().chain(self.copies.iter().map(move |copy| world * copy.as_daffine3()))
+    }
+
+    /// Placement of the object without its copies; a skinned mesh is placed by its joints alone.
     pub fn world_from_object(&self, poses: &[Pose]) -> DAffine3 {
         match &self.deform {
             Deform::Blend { skin: Some(_), .. } => DAffine3::IDENTITY,

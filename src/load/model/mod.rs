@@ -170,12 +170,25 @@ impl SceneFile {
         for object in &self.objects {
             let deformed = object.deformed(time, &poses, &self.nodes);
             let positions = deformed.as_ref().map_or(&object.mesh.positions, |d| &d.positions);
-            let world = object.world_from_object(&poses).as_affine3();
-            for p in positions.iter().map(|&p| world.transform_point3(p)).filter(|p| p.is_finite()) {
-                low = low.min(p);
-                high = high.max(p);
+            // What stands often is taken as its box, which may be a little larger when it is turned.
+            let corners = (object.count() > 1).then(|| corners_of_box(positions));
+            let positions: &[Vec3] = corners.as_ref().map_or(positions, |c| c);
+            for world in object.placements(&poses) {
+                let world = world.as_affine3();
+                for p in positions.iter().map(|&p| world.transform_point3(p)).filter(|p| p.is_finite()) {
+                    low = low.min(p);
+                    high = high.max(p);
+                }
             }
         }
         (low.cmple(high).all()).then_some((low, high))
     }
+}
+
+/// Corners of the smallest box around the finite ones of some points.
+fn corners_of_box(points: &[Vec3]) -> [Vec3; 8] {
+    let finite = || points.iter().copied().filter(|p| p.is_finite());
+    let low = finite().fold(Vec3::INFINITY, Vec3::min);
+    let high = finite().fold(Vec3::NEG_INFINITY, Vec3::max);
+    std::array::from_fn(|i| Vec3::select(glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0), high, low))
 }

@@ -1,10 +1,11 @@
 //! The geometry statements of NFF and AFF: `s c p pp tt ttp tpa m`.
 
 use super::Aff;
-use crate::load::build::Corner;
+use crate::load::LoadError;
+use crate::load::build::polygon::{fan, triangulate};
+use crate::load::build::{Corner, Curved};
 use crate::load::input::lexer::Lexer;
 use crate::load::model::TriangleKey;
-use crate::load::{LoadError, build::shapes};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 
@@ -32,20 +33,18 @@ fn add(aff: &mut Aff, corners: &[Corner], triangles: &[[u32; 3]], material: u32)
     aff.builder.add(aff.node, &aff.inside, corners, triangles, material);
 }
 
-fn add_patch(aff: &mut Aff, (vertices, triangles): shapes::Patch) {
-    let corners: Vec<Corner> = vertices
-        .into_iter()
-        .map(|(position, normal)| Corner { position, normal: Some(normal), tex_coord: Vec2::ZERO })
-        .collect();
-    aff.scene.counts.tessellated_triangles += triangles.len() as u64;
-    add(aff, &corners, &triangles, aff.fill_index);
+fn add_curved(aff: &mut Aff, curved: &Curved) {
+    aff.builder.add_curved(aff.node, &aff.inside, curved, aff.fill_index);
 }
 
 fn sphere(aff: &mut Aff, lexer: &mut Lexer) -> Result<(), LoadError> {
     let center = vec3(lexer, "the centre of a sphere")?;
     let radius = lexer.float("the radius of a sphere")?;
     aff.scene.counts.spheres += 1;
-    add_patch(aff, shapes::sphere(center, radius));
+    // A sphere of radius 0 is in many files, and is nothing.
+    if radius != 0.0 {
+        add_curved(aff, &Curved::sphere(center, radius));
+    }
     Ok(())
 }
 
@@ -54,11 +53,11 @@ fn cone(aff: &mut Aff, lexer: &mut Lexer) -> Result<(), LoadError> {
     let base_radius = lexer.float("the base radius of a cone")?;
     let apex = vec3(lexer, "the apex of a cone")?;
     let apex_radius = lexer.float("the apex radius of a cone")?;
-    let Some(patch) = shapes::cone(base, base_radius, apex, apex_radius) else {
-        return Err(lexer.error("base and apex of the cone coincide"));
+    let Some(cone) = Curved::cone(base, base_radius, apex, apex_radius) else {
+        return Err(lexer.error("base and apex of the cone coincide, or both radii are 0"));
     };
     aff.scene.counts.cones += 1;
-    add_patch(aff, patch);
+    add_curved(aff, &cone);
     Ok(())
 }
 
@@ -74,7 +73,10 @@ fn polygon(aff: &mut Aff, lexer: &mut Lexer, with_normals: bool) -> Result<(), L
         corners.push(Corner { position, normal, tex_coord: Vec2::ZERO });
     }
     let positions: Vec<Vec3> = corners.iter().map(|c| c.position).collect();
-    let triangles = shapes::triangulate(&positions);
+    let triangles = triangulate(&positions).unwrap_or_else(|| {
+        aff.warn(lexer, "a concave polygon is too large to be cut; it is drawn as a fan");
+        fan(count as u32)
+    });
     aff.scene.counts.polygons += 1;
     aff.scene.counts.polygon_triangles += triangles.len() as u64;
     add(aff, &corners, &triangles, aff.fill_index);

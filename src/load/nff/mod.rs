@@ -11,7 +11,8 @@
 //! - textures lie with the first row of the file at v = 0 and repeat;
 //! - `am` defaults to white, so that materials of scenes without it show their ambient colour;
 //! - triangles without normals are flat;
-//! - an unknown statement is skipped to the end of its line, with a warning.
+//! - a surface of `f` with T > 0 and Ks = 0 still mirrors a little, since SPD counts a reflected ray for each transmitter;
+//! - an unknown statement is left out to the end of its line, with a warning.
 
 mod geometry;
 mod keys;
@@ -20,10 +21,12 @@ use crate::load::LoadError;
 use crate::load::build::{Baked, Builder, MaterialTable};
 use crate::load::input::files::{self, Tree};
 use crate::load::input::lexer::{Lexer, show};
+use crate::load::input::lines;
 use crate::load::model::{
     Animation, Background, Camera, KeyedTransform, Light, LightKind, Local, Material, Node, Projection, SceneFile,
     TextureData, TextureSource, View,
 };
+use crate::load::report::Report;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -37,6 +40,9 @@ const MAX_FILES: u64 = 50_000;
 const MAX_BYTES: u64 = 1 << 31;
 /// Triangles in all, tessellated ones included: vertices are numbered with 32 bits.
 const MAX_TRIANGLES: usize = 400_000_000;
+
+/// What a surface that lets light through reflects at least.
+const LEAST_REFLECTION: f32 = 0.05;
 
 /// An open `{`.
 struct Block {
@@ -75,6 +81,11 @@ struct Aff {
     pub keys: HashMap<String, KeyedTransform>,
     textures: HashMap<String, Option<u32>>,
     view: Option<Camera>,
+    /// One for each file that something was told about.
+    reports: Vec<Report>,
+    /// Words that stood where a statement begins, and those of them that are none.
+    statements: u64,
+    unknown: u64,
 }
 
 /// Reads the scene whose main file is `path`; includes of a level above `detail` are skipped until the file says `d`.
@@ -98,9 +109,16 @@ pub fn load(path: &Path, detail: f64) -> Result<SceneFile, LoadError> {
         keys: HashMap::new(),
         textures: HashMap::new(),
         view: None,
+        reports: Vec::new(),
+        statements: 0,
+        unknown: 0,
     };
     aff.scene.background = Background::Color(Vec3::ZERO);
     aff.file(path)?;
+    if aff.statements == aff.unknown {
+        let what = if aff.statements == 0 { "the file is empty" } else { "no statement of the file is NFF or AFF" };
+        return Err(LoadError::new(path, None, what));
+    }
     Ok(aff.finish())
 }
 
@@ -120,8 +138,10 @@ impl Aff {
         if self.bytes > MAX_BYTES || self.scene.counts.files > MAX_FILES {
             return Err(LoadError::new(path, None, "the included files are too many or too large"));
         }
+        let text = lines::text(path, &bytes)?;
         self.open.push(path.to_path_buf());
-        let mut lexer = Lexer::new(path, &bytes);
+        let mut lexer = Lexer::new(path, text);
+        other_dialect(&lexer)?;
         let mut blocks: Vec<Block> = Vec::new();
         while let Some(word) = lexer.word() {
             self.statement(word, &mut lexer, &mut blocks)?;
@@ -134,6 +154,7 @@ impl Aff {
     }
 
     fn statement(&mut self, word: &[u8], lexer: &mut Lexer, blocks: &mut Vec<Block>) -> Result<(), LoadError> {
+        self.statements += 1;
         match word {
             b"v" => self.view = Some(view(lexer)?),
             b"b" => self.scene.background = Background::Color(Vec3::from_array(lexer.floats("a background colour")?)),
@@ -186,9 +207,9 @@ impl Aff {
             b"k" => self.key_frames(lexer)?,
             _ => {
                 if !geometry::statement(self, word, lexer)? {
-                    let text = lexer.error(format!("unknown statement `{}` is skipped", show(word)));
-                    self.warn(text.to_string());
+                    self.warn(lexer, &format!("unknown statement `{}` is left out", show(word)));
                     lexer.skip_line();
+                    self.unknown += 1;
                 }
             }
         }
@@ -198,14 +219,15 @@ impl Aff {
         Ok(())
     }
 
-    fn warn(&mut self, text: String) {
-        // A file of another kind would give one warning per line.
-        const MOST: usize = 100;
-        match self.scene.warnings.len() {
-            n if n < MOST => self.scene.warnings.push(text),
-            MOST => self.scene.warnings.push("further warnings are not shown".into()),
-            _ => {}
-        }
+    /// Tells what is left out, once per file and kind.
+    pub fn warn(&mut self, lexer: &Lexer, kind: &str) {
+        let path = lexer.path();
+        let known = self.reports.iter().position(|r| r.path() == path);
+        let index = known.unwrap_or_else(|| {
+            self.reports.push(Report::new(path));
+            self.reports.len() - 1
+        });
+        self.reports[index].once(Some(lexer.line()), kind);
     }
 
     fn open_node(&mut self, name: String) {
@@ -276,8 +298,7 @@ impl Aff {
                         Some(self.scene.textures.len() as u32 - 1)
                     }
                     Err(why) => {
-                        let text = lexer.error(format!("texture `{name}` {why}")).to_string();
-                        self.warn(text);
+                        self.warn(lexer, &format!("texture `{name}` {why}"));
                         None
                     }
                 };
@@ -317,8 +338,21 @@ impl Aff {
         }
         let nodes = &self.scene.nodes;
         self.scene.objects = self.builder.finish(|n| nodes[n as usize].name.clone());
+        let curved = self.scene.objects.iter().filter(|o| !o.copies.is_empty());
+        self.scene.counts.tessellated_triangles = curved.map(|o| (o.count() * o.mesh.triangles.len()) as u64).sum();
         self.scene.materials = self.materials.materials;
+        self.scene.warnings = self.reports.into_iter().flat_map(Report::into_warnings).collect();
         self.scene
+    }
+}
+
+/// Refuses formats that have the same name.
+fn other_dialect(lexer: &Lexer) -> Result<(), LoadError> {
+    let mut lexer = lexer.clone();
+    match lexer.word() {
+        Some(word) if word.eq_ignore_ascii_case(b"nff") => Err(lexer
+            .error("this is the Neutral File Format of Sense8's WorldToolKit, which is not read; NFF is that of SPD")),
+        _ => Ok(()),
     }
 }
 
@@ -417,7 +451,14 @@ fn nff_fill(lexer: &mut Lexer) -> Result<Material, LoadError> {
     let color = Vec3::from_array(lexer.floats("a fill colour")?);
     let [kd, ks] = lexer.floats("Kd and Ks")?;
     let [shine, t, ior] = lexer.floats("shininess, transmittance and index of refraction")?;
-    Ok(fill(Vec3::ZERO, color * kd, Vec3::splat(ks), shine, t, ior))
+    let mut fill = fill(Vec3::ZERO, color * kd, Vec3::splat(ks), shine, t, ior);
+    if fill.transmission > 0.0 && ks == 0.0 {
+        // All transmitters reflect (SPD's testing procedures, rule 8): as much as the index of refraction says, and enough to
+        // be seen.
+        let share = ((fill.ior - 1.0) / (fill.ior + 1.0)).powi(2);
+        fill.reflection = Vec3::splat(share.max(LEAST_REFLECTION));
+    }
+    Ok(fill)
 }
 
 /// `fm ambient diffuse specular shine T ior`

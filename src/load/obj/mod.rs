@@ -1,153 +1,216 @@
-//! Wavefront OBJ with MTL materials, through `tobj`.
+//! Wavefront OBJ with MTL materials (Alias|Wavefront, "Advanced Visualizer Manual", appendices B1 and B2), as programs write them.
 //!
-//! `tobj` reports what is wrong but not where; the line is found by loading shorter and shorter prefixes of the file.
-//! MTL is mapped as the format's illumination models say: `Ka Kd Ks Ns` are Whitted's terms, models 3 and above mirror with
-//! `Ks`, `d` below 1 lets light through, and is refracted (`Ni`) in models 5 to 7 and 9.
+//! Two passes over the lines: `tables` reads vertices and the names of material libraries, `faces` makes triangles of
+//! faces, which may therefore stand before their vertices, and materials before their library. `mtl` reads a library,
+//! `map` the options of its textures. Where programs and the manual differ:
+//!
+//! - a line that is not understood is left out with a warning; a broken vertex keeps its number, and faces that use it are left
+//!   out;
+//! - `v x y z r g b` colours a vertex; vertices without colours are white beside those that have some;
+//! - faces without normals are flat, or smooth within their smoothing group (`s`);
+//! - all faces become one object: `o` and `g` are names, which nothing refers to.
+
+mod faces;
+mod map;
+mod mtl;
+mod tables;
 
 use crate::load::LoadError;
-use crate::load::build::{Baked, Builder, Corner};
 use crate::load::input::files::{self, Tree};
-use crate::load::model::{Material, SceneFile, TextureData, TextureSource};
-use glam::{DAffine3, Vec2, Vec3};
-use std::cell::RefCell;
-use std::collections::HashMap;
+use crate::load::input::lines;
+use crate::load::model::{Deform, Object, SceneFile, TextureData, TextureSource};
+use crate::load::report::Report;
+use map::Map;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
+use tables::Tables;
 
-const OPTIONS: tobj::LoadOptions =
-    tobj::LoadOptions { single_index: true, triangulate: true, ignore_points: true, ignore_lines: true };
+/// Most different lines `mtllib` of a file, and most bytes of one: every word is looked for in several places.
+const MOST_LIBRARIES: usize = 1000;
+const MOST_NAMES: usize = 4096;
+
+/// Where other files are looked for.
+struct Place {
+    tree: Tree,
+    folder: PathBuf,
+}
+
+/// A material as faces refer to it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Surface {
+    /// Index into `SceneFile::materials`.
+    material: u32,
+    /// Scale and offset of texture coordinates; index into `Surfaces::transforms`.
+    transform: u32,
+}
+
+/// Materials by name.
+struct Surfaces {
+    by_name: HashMap<Vec<u8>, Surface>,
+    /// Scale and offset of texture coordinates, each kind once; the first changes nothing.
+    transforms: Vec<map::Transform>,
+}
+
+impl Surfaces {
+    /// The material called `name`, which may have a comment behind it.
+    fn find(&self, name: &[u8]) -> Option<Surface> {
+        self.by_name.get(name).or_else(|| self.by_name.get(lines::without_comment(name))).copied()
+    }
+}
 
 pub fn load(path: &Path) -> Result<SceneFile, LoadError> {
     let bytes = files::read(path, files::MAX_FILE_BYTES)?;
-    let tree = Tree::of(path)?;
-    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let text = lines::text(path, &bytes)?;
+    let place = Place { tree: Tree::of(path)?, folder: path.parent().map_or_else(PathBuf::new, Path::to_path_buf) };
     let mut scene = SceneFile::new("OBJ", path.to_path_buf());
-    // Material libraries: first problem of each, as warnings; a mesh without its materials is still a mesh.
-    let warnings = RefCell::new(Vec::new());
-    let read_library = |name: &Path| {
-        let name_text = name.to_string_lossy();
-        let found = tree.find(&name_text, &folder).map_err(|why| format!("material library `{name_text}` {why}"));
-        let text = found.and_then(|file| {
-            files::read(&file, files::MAX_FILE_BYTES).map_err(|e| e.to_string()).map(|bytes| (file, bytes))
-        });
-        match text {
-            Ok((file, bytes)) => tobj::load_mtl_buf(&mut &bytes[..]).inspect_err(|e| {
-                let line = first_bad_line(&bytes, |prefix| tobj::load_mtl_buf(&mut &prefix[..]).is_err());
-                warnings.borrow_mut().push(LoadError::new(&file, line, e.to_string()).to_string());
-            }),
-            Err(text) => {
-                let line = line_containing(&bytes, "mtllib");
-                warnings.borrow_mut().push(LoadError::new(path, line, text).to_string());
-                Err(tobj::LoadError::OpenFileFailed)
-            }
-        }
-    };
-    let (models, materials) = tobj::load_obj_buf(&mut &bytes[..], &OPTIONS, read_library).map_err(|e| {
-        let parse = |prefix: &[u8]| {
-            tobj::load_obj_buf(&mut &prefix[..], &OPTIONS, |_| Ok((Vec::new(), HashMap::default()))).is_err()
-        };
-        LoadError::new(path, first_bad_line(&bytes, parse), e.to_string())
-    })?;
-    scene.warnings = warnings.into_inner();
     scene.counts.files = 1;
-    let mut textures = HashMap::new();
-    for material in &materials.unwrap_or_default() {
-        let texture = material.diffuse_texture.as_ref().and_then(|name| {
-            *textures.entry(name.clone()).or_insert_with(|| find_texture(&mut scene, &tree, &folder, path, name))
-        });
-        scene.materials.push(translate(material, texture));
+    let mut report = Report::new(path);
+    let tables = Tables::read(text, &mut report);
+    if !tables.understood {
+        let what = if text.trim_ascii().is_empty() { "the file is empty" } else { "no line of the file is OBJ" };
+        return Err(LoadError::new(path, None, what));
     }
-    let mut builder = Builder::default();
-    for model in &models {
-        add_mesh(&mut builder, &mut scene, &model.mesh);
+    let surfaces = libraries(&place, &tables, &mut report, &mut scene);
+    let mesh = faces::read(text, &tables, &surfaces, &mut report);
+    scene.counts.meshes = 1;
+    scene.counts.mesh_triangles = mesh.triangles.len() as u64;
+    if mesh.triangles.is_empty() {
+        report.once(None, "the file has no faces; points and lines are not drawn");
+    } else {
+        let name = path.file_stem().map_or("mesh".into(), |s| s.to_string_lossy().into_owned());
+        scene.objects.push(Object::new(name, 0, mesh, Deform::Rigid));
     }
-    scene.objects = builder.finish(|_| path.file_stem().map_or("mesh".into(), |s| s.to_string_lossy().into_owned()));
+    // Those of the scene itself come first.
+    let of_libraries = std::mem::replace(&mut scene.warnings, report.into_warnings());
+    scene.warnings.extend(of_libraries);
     Ok(scene)
 }
 
-fn find_texture(scene: &mut SceneFile, tree: &Tree, folder: &Path, path: &Path, name: &str) -> Option<u32> {
-    match tree.find_texture(name, folder) {
-        Ok(file) => {
-            scene.textures.push(TextureSource {
-                name: name.to_string(),
-                data: TextureData::File(file),
-                first_row_at_zero: false,
-                clamp_s: false,
-                clamp_t: false,
-            });
-            Some(scene.textures.len() as u32 - 1)
+/// Reads the material libraries; a mesh without its materials is still a mesh.
+fn libraries(place: &Place, tables: &Tables, report: &mut Report, scene: &mut SceneFile) -> Surfaces {
+    let mut surfaces = Surfaces { by_name: HashMap::new(), transforms: vec![map::Transform::default()] };
+    let mut textures = HashMap::new();
+    let mut read = Vec::new();
+    let mut lines_seen = HashSet::new();
+    for (line, names) in &tables.libraries {
+        if !lines_seen.insert(names) {
+            continue;
         }
-        Err(why) => {
-            scene.warnings.push(LoadError::new(path, None, format!("texture `{name}` {why}")).to_string());
-            None
+        if lines_seen.len() > MOST_LIBRARIES || names.len() > MOST_NAMES {
+            report.once(Some(*line), "there are more names of material libraries than are looked for");
+            continue;
         }
-    }
-}
-
-fn translate(m: &tobj::Material, texture: Option<u32>) -> Material {
-    let color = |c: Option<[f32; 3]>| c.map(Vec3::from_array).filter(|c| c.is_finite()).unwrap_or(Vec3::ZERO);
-    let finite = |v: Option<f32>, default: f32| v.filter(|v| v.is_finite()).unwrap_or(default);
-    let model = m.illumination_model.unwrap_or(2);
-    // Model 1 has no highlight. A missing Kd is white in practice: exporters leave it out next to a texture.
-    let specular = if model >= 2 { color(m.specular) } else { Vec3::ZERO };
-    let opacity = finite(m.dissolve, 1.0).clamp(0.0, 1.0);
-    let refracts = matches!(model, 5..=7 | 9);
-    Material {
-        name: m.name.clone(),
-        emission: color(m.emissive),
-        // Exporters write Ka 1 1 1 without meaning it; a tenth of it lights shadows without washing out the picture.
-        ambient: color(m.ambient) * 0.1 * color(m.diffuse.or(Some([1.0; 3]))),
-        diffuse: color(m.diffuse.or(Some([1.0; 3]))) * opacity,
-        specular,
-        shininess: finite(m.shininess, 1.0).max(0.0),
-        reflection: if matches!(model, 3..=9) { specular } else { Vec3::ZERO },
-        transmission: 1.0 - opacity,
-        ior: if refracts { finite(m.optical_density, 1.0).clamp(0.1, 10.0) } else { 1.0 },
-        texture,
-        alpha_cutoff: None,
-    }
-}
-
-fn add_mesh(builder: &mut Builder, scene: &mut SceneFile, mesh: &tobj::Mesh) {
-    let vec3 = |list: &[f32], i: usize| list.get(3 * i..3 * i + 3).map(Vec3::from_slice);
-    let corners: Vec<Corner> = (0..mesh.positions.len() / 3)
-        .map(|i| Corner {
-            position: Vec3::from_slice(&mesh.positions[3 * i..3 * i + 3]),
-            normal: vec3(&mesh.normals, i).filter(|n| *n != Vec3::ZERO),
-            tex_coord: mesh.texcoords.get(2 * i..2 * i + 2).map_or(Vec2::ZERO, Vec2::from_slice),
-        })
-        .collect();
-    let (faces, _) = mesh.indices.as_chunks::<3>();
-    let triangles: Vec<[u32; 3]> =
-        faces.iter().copied().filter(|t| t.iter().all(|&i| (i as usize) < corners.len())).collect();
-    // materials[0] is the default; the file's follow.
-    let material = mesh.material_id.map_or(0, |m| m as u32 + 1);
-    let material = if (material as usize) < scene.materials.len() { material } else { 0 };
-    scene.counts.meshes += 1;
-    scene.counts.mesh_triangles += triangles.len() as u64;
-    builder.add(0, &Baked::new(DAffine3::IDENTITY), &corners, &triangles, material);
-}
-
-/// The line at which a parser starts to fail: the shortest failing prefix of whole lines, found by bisection.
-fn first_bad_line(bytes: &[u8], fails: impl Fn(&[u8]) -> bool) -> Option<u32> {
-    let ends: Vec<usize> = bytes
-        .split_inclusive(|&b| b == b'\n')
-        .scan(0, |end, line| {
-            *end += line.len();
-            Some(*end)
-        })
-        .collect();
-    let (mut low, mut high) = (0, ends.len());
-    while low < high {
-        let middle = (low + high) / 2;
-        if fails(&bytes[..ends[middle]]) {
-            high = middle;
-        } else {
-            low = middle + 1;
+        for found in library_files(place, names) {
+            let file = match found {
+                Ok(file) if read.contains(&file) => continue,
+                Ok(file) => file,
+                Err(text) => {
+                    report.once(Some(*line), &text);
+                    continue;
+                }
+            };
+            read.push(file.clone());
+            let bytes = match files::read(&file, files::MAX_FILE_BYTES) {
+                Ok(bytes) => bytes,
+                Err(error) => {
+                    report.once(Some(*line), &error.to_string());
+                    continue;
+                }
+            };
+            scene.counts.files += 1;
+            let mut own = Report::new(&file);
+            match lines::text(&file, &bytes) {
+                Ok(text) => {
+                    for entry in mtl::read(text, &mut own) {
+                        let mut material = entry.material;
+                        let mut transform = 0;
+                        if let Some(map) = &entry.texture {
+                            material.texture = texture(place, map, &mut own, scene, &mut textures);
+                            transform =
+                                surfaces.transforms.iter().position(|t| *t == map.transform).unwrap_or_else(|| {
+                                    surfaces.transforms.push(map.transform);
+                                    surfaces.transforms.len() - 1
+                                }) as u32;
+                        }
+                        let surface = Surface { material: scene.materials.len() as u32, transform };
+                        scene.materials.push(material);
+                        let short = lines::without_comment(&entry.name).to_vec();
+                        surfaces.by_name.entry(short).or_insert(surface);
+                        surfaces.by_name.insert(entry.name, surface);
+                    }
+                }
+                Err(error) => own.once(None, &error.message),
+            }
+            scene.warnings.extend(own.into_warnings());
         }
     }
-    (low < ends.len()).then_some(low as u32 + 1)
+    surfaces
 }
 
-fn line_containing(bytes: &[u8], word: &str) -> Option<u32> {
-    bytes.split(|&b| b == b'\n').position(|line| line.starts_with(word.as_bytes())).map(|i| i as u32 + 1)
+/// The files that a line `mtllib` names: in quotes, one name with blanks in it, or several names between blanks; `\ ` is a blank
+/// in a name. What exists decides.
+fn library_files(place: &Place, names: &[u8]) -> Vec<Result<PathBuf, String>> {
+    let find = |name: &[u8]| {
+        let name = lines::decoded(name).replace("\\ ", " ");
+        place.tree.find(&name, &place.folder).map_err(|why| format!("material library `{name}` {why}"))
+    };
+    let short = lines::without_comment(names);
+    if names.contains(&b'"') {
+        let quoted = names.split(|&b| b == b'"').map(<[u8]>::trim_ascii).filter(|n| !n.is_empty() && n[0] != b'#');
+        return quoted.map(find).collect();
+    }
+    for whole in [names, short] {
+        if let Ok(file) = find(whole) {
+            return vec![Ok(file)];
+        }
+    }
+    let mut found = Vec::new();
+    let mut rest = short;
+    while !rest.is_empty() {
+        // The longest run of words that is a file; else one word, and what is wrong with it.
+        let ends = (1..=rest.len()).rev().filter(|&e| e == rest.len() || (rest[e] == b' ' && rest[e - 1] != b'\\'));
+        let ends: Vec<usize> = ends.collect();
+        let hit = ends.iter().take(16).find_map(|&e| Some((e, find(&rest[..e]).ok()?)));
+        let end = match hit {
+            Some((end, file)) => {
+                found.push(Ok(file));
+                end
+            }
+            None => {
+                let end = ends.last().copied().unwrap_or(rest.len());
+                found.push(find(&rest[..end]));
+                end
+            }
+        };
+        rest = rest[end..].trim_ascii();
+    }
+    found
+}
+
+/// Index of the texture of `map`, which is read once for each way of repeating it.
+fn texture(
+    place: &Place,
+    map: &Map,
+    report: &mut Report,
+    scene: &mut SceneFile,
+    known: &mut HashMap<(String, bool), Option<u32>>,
+) -> Option<u32> {
+    *known.entry((map.file.clone(), map.clamp)).or_insert_with(|| {
+        match place.tree.find_texture(&map.file, &place.folder) {
+            Ok(file) => {
+                scene.textures.push(TextureSource {
+                    name: map.file.clone(),
+                    data: TextureData::File(file),
+                    first_row_at_zero: false,
+                    clamp_s: map.clamp,
+                    clamp_t: map.clamp,
+                });
+                Some(scene.textures.len() as u32 - 1)
+            }
+            Err(why) => {
+                report.once(Some(map.line), &format!("texture `{}` {why}", map.file));
+                None
+            }
+        }
+    })
 }

@@ -1,192 +1,144 @@
-//! Stanford PLY (ASCII and binary), through `ply-rs-bw`.
+//! Stanford PLY (Turk 1994), text and binary of both byte orders, with what MeshLab, VCGlib and scanners add.
 //!
-//! Vertices with `x y z`, and `nx ny nz`, `s t` (or `u v`, `texture_u texture_v`) and `red green blue [alpha]` where there are
-//! any; faces as `vertex_indices` or `vertex_index`, polygons of any size, and `tristrips` of Stanford's
-//! scans. Colours of bytes are read as shares of 255.
+//! `header` says what follows, `values` reads it, `vertices` and `faces` make a mesh. Understood are vertices with `x y z`, `nx ny nz`, `s t` (or
+//! `u v`, `texture_u texture_v`) and `red green blue [alpha]`; faces as `vertex_indices` or `vertex_index`, polygons of any
+//! size, `red green blue` of faces where the vertices have none, texture coordinates of corners (`texcoord`), several
+//! images (`comment TextureFile`, `texnumber`), and the `tristrips` of Stanford's scans. Colours of bytes are shares of 255.
+//!
+//! No count is believed before the bytes that it needs have been seen to be there.
 
-use crate::load::input::files::{self, line_of};
-use crate::load::model::{Deform, Mesh, Object, SceneFile};
-use crate::load::{LoadError, build::shapes};
-use glam::{Vec2, Vec3, Vec4};
-use ply_rs_bw::parser::{Parser, Reader};
-use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
-use std::path::Path;
+mod faces;
+mod header;
+mod values;
+mod vertices;
 
-struct Vertex {
-    position: Vec3,
-    normal: Vec3,
-    tex_coord: Vec2,
-    color: Vec4,
-}
-
-impl PropertyAccess for Vertex {
-    fn new() -> Self {
-        Self { position: Vec3::ZERO, normal: Vec3::ZERO, tex_coord: Vec2::ZERO, color: Vec4::ONE }
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let Some(value) = property.to_f32_lossy() else { return PropertyAccessResult::Ignored };
-        let unit = match property {
-            Property::UChar(_) => value / 255.0,
-            Property::UShort(_) => value / 65535.0,
-            _ => value,
-        };
-        match name {
-            "x" => self.position.x = value,
-            "y" => self.position.y = value,
-            "z" => self.position.z = value,
-            "nx" => self.normal.x = value,
-            "ny" => self.normal.y = value,
-            "nz" => self.normal.z = value,
-            "s" | "u" | "texture_u" => self.tex_coord.x = value,
-            "t" | "v" | "texture_v" => self.tex_coord.y = value,
-            "red" | "diffuse_red" => self.color.x = unit,
-            "green" | "diffuse_green" => self.color.y = unit,
-            "blue" | "diffuse_blue" => self.color.z = unit,
-            "alpha" => self.color.w = unit,
-            _ => return PropertyAccessResult::Ignored,
-        }
-        PropertyAccessResult::Set
-    }
-}
-
-/// A list of vertex numbers; −1 restarts a strip.
-#[derive(Default)]
-struct Face {
-    indices: Vec<i64>,
-}
-
-impl PropertyAccess for Face {
-    fn new() -> Self {
-        Self::default()
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        if !matches!(name, "vertex_indices" | "vertex_index") {
-            return PropertyAccessResult::Ignored;
-        }
-        self.indices = match property {
-            Property::ListChar(v) => v.into_iter().map(i64::from).collect(),
-            Property::ListUChar(v) => v.into_iter().map(i64::from).collect(),
-            Property::ListShort(v) => v.into_iter().map(i64::from).collect(),
-            Property::ListUShort(v) => v.into_iter().map(i64::from).collect(),
-            Property::ListInt(v) => v.into_iter().map(i64::from).collect(),
-            Property::ListUInt(v) => v.into_iter().map(i64::from).collect(),
-            _ => return PropertyAccessResult::Ignored,
-        };
-        PropertyAccessResult::Set
-    }
-}
-
-/// Elements that are read past.
-struct Skipped;
-
-impl PropertyAccess for Skipped {
-    fn new() -> Self {
-        Self
-    }
-}
+use crate::load::LoadError;
+use crate::load::input::files::{self, Tree};
+use crate::load::model::{Deform, Material, Object, SceneFile, TextureData, TextureSource};
+use crate::load::report::Report;
+use faces::Faces;
+use glam::Vec3;
+use header::{Element, Header};
+use std::path::{Path, PathBuf};
+use values::Values;
+use vertices::Vertices;
 
 pub fn load(path: &Path) -> Result<SceneFile, LoadError> {
     let bytes = files::read(path, files::MAX_FILE_BYTES)?;
-    let fault = |e: ply_rs_bw::parser::ParseError| {
-        // The first line of the message; the rest repeats the offending line.
-        let text = e.to_string();
-        let text = text.lines().next().unwrap_or("unreadable").to_string();
-        let text = text
-            .split_once(": ")
-            .filter(|(head, _)| head.starts_with("Line "))
-            .map_or(text.clone(), |(_, t)| t.to_string());
-        LoadError::new(path, e.line().map(|l| l as u32), text)
-    };
-    let mut reader = Reader::new(&bytes[..]);
-    let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(fault)?;
-    let mut vertices: Vec<Vertex> = Vec::new();
-    let mut faces: Vec<Face> = Vec::new();
-    let mut strips = false;
-    let (mut has_normals, mut has_tex_coords, mut has_colors) = (false, false, false);
-    for element in header.elements.values() {
-        // Each element takes at least one byte or one line end; a count beyond the file is a lie.
-        if element.count > bytes.len() {
-            let line = line_of(&bytes, 0);
-            let text =
-                format!("{} elements `{}` cannot be in a file of {} bytes", element.count, element.name, bytes.len());
-            return Err(LoadError::new(path, Some(line), text));
-        }
-        match element.name.as_str() {
-            "vertex" => {
-                let has = |name: &str| element.properties.contains_key(name);
-                if !(has("x") && has("y") && has("z")) {
-                    return Err(LoadError::new(path, None, "the vertices have no x, y and z"));
-                }
-                has_normals = has("nx") && has("ny") && has("nz");
-                has_tex_coords = has("s") || has("u") || has("texture_u");
-                has_colors = has("red") || has("diffuse_red");
-                vertices = Parser::new().read_payload_for_element(&mut reader, element, &header).map_err(fault)?;
-            }
-            "face" | "tristrips" => {
-                strips = element.name == "tristrips";
-                faces = Parser::new().read_payload_for_element(&mut reader, element, &header).map_err(fault)?;
-            }
-            _ => {
-                Parser::<Skipped>::new().read_payload_for_element(&mut reader, element, &header).map_err(fault)?;
-            }
-        }
+    let header = header::read(path, &bytes)?;
+    let mut report = Report::new(path);
+    let meant = ["vertex", "face", "tristrips"];
+    let others = header.elements.iter().filter(|e| !meant.contains(&e.name.as_str()));
+    let mut unused: Vec<String> = others.map(|e| format!("elements `{}`", e.name)).collect();
+    let mut values = Values::new(path, &bytes, &header);
+    let (vertices, mut next) = read_vertices(path, &header, &mut values, &mut unused)?;
+    if header.elements[..next].iter().any(|e| e.name != "vertex" && meant.contains(&e.name.as_str())) {
+        // Faces came before their vertices: once more from the beginning.
+        (values, next) = (Values::new(path, &bytes, &header), 0);
     }
-    let mut mesh = Mesh {
-        positions: vertices.iter().map(|v| v.position).collect(),
-        normals: if has_normals { vertices.iter().map(|v| v.normal).collect() } else { Vec::new() },
-        tex_coords: if has_tex_coords { vertices.iter().map(|v| v.tex_coord).collect() } else { Vec::new() },
-        colors: if has_colors { vertices.iter().map(|v| v.color).collect() } else { Vec::new() },
-        ..Mesh::default()
-    };
-    for (number, face) in faces.iter().enumerate() {
-        let triangles = if strips { strip(&face.indices) } else { polygon(&face.indices, &mesh.positions) };
-        let triangles = triangles.ok_or_else(|| {
-            let text = format!("face {number} names a vertex that does not exist (there are {})", mesh.positions.len());
-            LoadError::new(path, None, text)
-        })?;
-        for t in triangles {
-            if t.iter().any(|&i| i as usize >= mesh.positions.len()) {
-                let text =
-                    format!("face {number} names a vertex that does not exist (there are {})", mesh.positions.len());
-                return Err(LoadError::new(path, None, text));
-            }
-            mesh.triangles.push(t);
-        }
-    }
-    mesh.materials = vec![0; mesh.triangles.len()];
+    let without_coordinates = vertices.tex_coords.is_empty() && !header.elements.iter().any(|e| e.has("texcoord"));
     let mut scene = SceneFile::new("PLY", path.to_path_buf());
     scene.counts.files = 1;
+    textures(path, &header, &mut report, &mut scene)?;
+    if without_coordinates && !header.textures.is_empty() {
+        report.once(Some(header.textures[0].0), "a texture is named, but there are no texture coordinates");
+    }
+    let count = vertices.positions.len();
+    let mut faces = Faces::new(vertices, header.textures.len(), &mut report);
+    for element in &header.elements[next..] {
+        check_count(element, &header, &values)?;
+        match element.name.as_str() {
+            "face" | "tristrips" => faces.read(element, &mut values, &mut unused)?,
+            _ => read_past(element, &mut values)?,
+        }
+    }
+    let mesh = faces.finish();
+    if values.any_left() {
+        report.once(values.line(), "what follows the last element is left out");
+    }
+    if !unused.is_empty() {
+        report.once(None, &format!("left out: {}", unused.join(", ")));
+    }
     scene.counts.meshes = 1;
     scene.counts.mesh_triangles = mesh.triangles.len() as u64;
     if mesh.triangles.is_empty() {
-        scene.warnings.push(format!("{}: the file has no faces; points are not drawn", path.display()));
+        report.once(None, &format!("the file has no faces; its {count} points are not drawn"));
     } else {
         let name = path.file_stem().map_or("mesh".into(), |s| s.to_string_lossy().into_owned());
-        scene.objects.push(Object { name, node: 0, mesh, deform: Deform::Rigid });
+        scene.objects.push(Object::new(name, 0, mesh, Deform::Rigid));
     }
+    scene.warnings = report.into_warnings();
     Ok(scene)
 }
 
-fn polygon(indices: &[i64], positions: &[Vec3]) -> Option<Vec<[u32; 3]>> {
-    let indices: Vec<u32> = indices.iter().map(|&i| u32::try_from(i)).collect::<Result<_, _>>().ok()?;
-    if let [a, b, c] = indices[..] {
-        return Some(vec![[a, b, c]]);
+/// Refuses a count that the rest of the file cannot hold.
+fn check_count(element: &Element, header: &Header, values: &Values) -> Result<(), LoadError> {
+    let needed = element.least_bytes(header.encoding).checked_mul(element.count);
+    // The last value of text needs no blank behind it.
+    if needed.is_none_or(|needed| needed > values.bytes_left() + 1) {
+        let text = format!(
+            "{} elements `{}` cannot be in the {} bytes that are left",
+            element.count,
+            element.name,
+            values.bytes_left()
+        );
+        return Err(values.error(text));
     }
-    let corners: Option<Vec<Vec3>> = indices.iter().map(|&i| positions.get(i as usize).copied()).collect();
-    let triangles = shapes::triangulate(&corners?);
-    Some(triangles.into_iter().map(|t| t.map(|k| indices[k as usize])).collect())
+    Ok(())
 }
 
-/// Triangles of strips that are separated by −1; every second triangle is turned over.
-fn strip(indices: &[i64]) -> Option<Vec<[u32; 3]>> {
-    let mut triangles = Vec::new();
-    for part in indices.split(|&i| i == -1) {
-        let part: Vec<u32> = part.iter().map(|&i| u32::try_from(i)).collect::<Result<_, _>>().ok()?;
-        for (k, w) in part.windows(3).enumerate() {
-            triangles.push(if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] });
+fn read_past(element: &Element, values: &mut Values) -> Result<(), LoadError> {
+    // Elements without properties take no bytes, however many there are.
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    for _ in 0..element.count {
+        for property in &element.properties {
+            values.skip(property.kind, property.list)?;
         }
     }
-    Some(triangles)
+    Ok(())
+}
+
+/// Reads up to the vertices and them; the answer's number is that of the element behind them.
+fn read_vertices(
+    path: &Path,
+    header: &Header,
+    values: &mut Values,
+    unused: &mut Vec<String>,
+) -> Result<(Vertices, usize), LoadError> {
+    for (i, element) in header.elements.iter().enumerate() {
+        check_count(element, header, values)?;
+        if element.name == "vertex" {
+            return Ok((Vertices::read(element, values, unused)?, i + 1));
+        }
+        read_past(element, values)?;
+    }
+    Err(LoadError::new(path, Some(header.line), "the file has no element `vertex`"))
+}
+
+/// The images as materials, one each.
+fn textures(path: &Path, header: &Header, report: &mut Report, scene: &mut SceneFile) -> Result<(), LoadError> {
+    let tree = Tree::of(path)?;
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    for (line, name) in &header.textures {
+        let texture = match tree.find_texture(name, &folder) {
+            Ok(file) => {
+                scene.textures.push(TextureSource {
+                    name: name.clone(),
+                    data: TextureData::File(file),
+                    first_row_at_zero: false,
+                    clamp_s: false,
+                    clamp_t: false,
+                });
+                Some(scene.textures.len() as u32 - 1)
+            }
+            Err(why) => {
+                report.once(Some(*line), &format!("texture `{name}` {why}"));
+                None
+            }
+        };
+        scene.materials.push(Material { name: name.clone(), diffuse: Vec3::ONE, texture, ..Material::default() });
+    }
+    Ok(())
 }

@@ -13,6 +13,9 @@ mod model;
 #[path = "../../../src/load/nff/mod.rs"]
 pub mod nff;
 
+#[path = "../../../src/load/report.rs"]
+mod report;
+
 pub use define::*;
 pub use error::LoadError;
 pub use model::*;
