@@ -37,6 +37,14 @@ fn contexts_and_threads() {
     passes("threads", Link::Static, no_arguments);
 }
 
+/// In a library with the readers or without.
+#[test]
+fn scene_files() {
+    passes("scenes", Link::Static, |dir| {
+        vec![dir.to_owned(), Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/every.aff")]
+    });
+}
+
 #[test]
 fn child_of_fork_renders() {
     passes("fork", Link::Static, no_arguments);

@@ -13,7 +13,7 @@ use std::fs;
 use std::path::Path;
 
 /// The files of `src/capi` that C sees, in the order of the manual.
-const MANUAL: [&str; 20] = [
+const MANUAL: [&str; 21] = [
     "constants",
     "types",
     "context",
@@ -31,6 +31,7 @@ const MANUAL: [&str; 20] = [
     "parameters",
     "shading",
     "textures",
+    "load",
     "frame",
     "queries",
     "scenes",

@@ -786,6 +786,44 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_COLOR_ARRAY_POINTER 0x8090
 /** Pointer of rtGetPointerv(): the texture coordinate array. */
 #define RT_TEXTURE_COORD_ARRAY_POINTER 0x8092
+/** Part of a loaded scene, for rtLoadScene() and rtInstantiateLoadedScene(): instances of its objects. */
+#define RT_SCENE_INSTANCES_BIT 0x100000
+/** Part of a loaded scene: its lights. */
+#define RT_SCENE_LIGHTS_BIT 0x200000
+/** Part of a loaded scene: its camera. */
+#define RT_SCENE_CAMERA_BIT 0x400000
+/** Part of a loaded scene: clear colour or environment. */
+#define RT_SCENE_BACKGROUND_BIT 0x800000
+/** All parts of a loaded scene. */
+#define RT_SCENE_ALL_BITS 0xF00000
+/** State: RT_TRUE when the library was built with the readers of scene files, see rtLoadScene(). */
+#define RT_SCENE_READERS 0x6100
+/** Number of a loaded scene: its first object. */
+#define RT_SCENE_FIRST_OBJECT 0x6101
+/** Number of a loaded scene: how many objects it has. */
+#define RT_SCENE_OBJECT_COUNT 0x6102
+/** Number of a loaded scene: triangles of its objects. */
+#define RT_SCENE_TRIANGLE_COUNT 0x6103
+/** Number of a loaded scene: lights. */
+#define RT_SCENE_LIGHT_COUNT 0x6104
+/** Number of a loaded scene: cameras. */
+#define RT_SCENE_CAMERA_COUNT 0x6105
+/** Number of a loaded scene: frames of its animation. */
+#define RT_SCENE_FRAME_COUNT 0x6106
+/** Number of a loaded scene: texts about what was left out. */
+#define RT_SCENE_WARNING_COUNT 0x6107
+/** Number of a loaded scene: whether its colours are meant for RT_FRAMEBUFFER_SRGB. */
+#define RT_SCENE_SRGB 0x6108
+/** Numbers of a loaded scene: first and last moment of its animation. */
+#define RT_SCENE_TIMES 0x6109
+/** Numbers of a loaded scene: the box around it. */
+#define RT_SCENE_BOUNDS 0x610A
+/** Text of a loaded scene: something that was left out. */
+#define RT_SCENE_WARNING 0x610B
+/** Text of a loaded scene: the name of an object. */
+#define RT_SCENE_OBJECT_NAME 0x610C
+/** Text of a loaded scene: the format of the file. */
+#define RT_SCENE_FORMAT 0x610D
 
 #ifdef __cplusplus
 extern "C" {
@@ -2147,6 +2185,114 @@ RTAPI void rtGetTexParameterfv(RTenum target, RTenum pname, RTfloat *params);
  * between rtBegin() and rtEnd(), RT_OUT_OF_MEMORY.
  */
 RTAPI RTuint rtLoadTexture(const char *file);
+
+/* Scene files --------------------------------------------------------------------------------------------------- */
+
+/**
+ * Reads a scene file, defines its objects, shaders and textures in the current context, and puts the parts of
+ * it that the bits name into the frame being assembled, as rtInstantiateLoadedScene() does, for the first moment
+ * of its animation. Returns the name of the loaded scene; 0 on failure, and then nothing is defined.
+ *
+ * The format is told by the file's extension: .aff or .nff (BART and SPD), .obj with its .mtl, .ply, .gltf or .glb.
+ * file is UTF-8. Files that the scene names are read from its own folder and those below, textures also
+ * from folders beside it called textures or TextureFiles. What the file has and the library leaves out is told
+ * by rtGetLoadedSceneString(), one text for each kind of thing; a file that cannot be understood is an error,
+ * whose text begins with file and line.
+ *
+ * Objects, shaders and textures are ordinary ones: they may be instantiated, changed and deleted like any others.
+ * The current matrix, what is bound, and the current colour, normal and texture coordinate stay as they are.
+ * Colours of glTF files are meant for frame buffers with RT_FRAMEBUFFER_SRGB.
+ *
+ *     scene = rtLoadScene("museum.aff", RT_NONE);
+ *     rtGetLoadedScenedv(scene, RT_SCENE_TIMES, times);
+ *     for (i = 0; i < 100; i++) {
+ *         rtInstantiateLoadedScene(scene, times[0] + (times[1] - times[0]) * i / 99, RT_SCENE_ALL_BITS);
+ *         rtRender();
+ *     }
+ *
+ * Errors: RT_IO_ERROR when the file, or one that it cannot be without, cannot be read or is damaged;
+ * RT_INVALID_VALUE when file is NULL or other bits are set; RT_INVALID_OPERATION when the library was built
+ * without the readers (see RT_SCENE_READERS), between rtBegin() and rtEnd(), or between rtNewObject() and
+ * rtEndObject(); RT_STACK_OVERFLOW when the matrix stack is full; RT_OUT_OF_MEMORY.
+ */
+RTAPI RTuint rtLoadScene(const char *file, RTbitfield parts);
+
+/**
+ * Puts parts of a loaded scene into the frame being assembled, as they are at a time of its animation, in
+ * seconds on the file's own clock (RT_SCENE_TIMES); beyond its ends the animation rests, as far as the file does
+ * not say otherwise. parts is a combination of:
+ *
+ * RT_SCENE_INSTANCES_BIT: instances of the objects that are visible then, under the current matrix. Vertices of
+ * deforming objects have one state in a frame, that of the last call.
+ * RT_SCENE_LIGHTS_BIT: the lights that are on, as by rtUseLight().
+ * RT_SCENE_CAMERA_BIT: the file's first camera, or one that shows everything, as by rtPerspective() or rtOrtho()
+ * and rtLookAt(). Its picture has the shape of the viewport, so rtViewport() comes before.
+ * RT_SCENE_BACKGROUND_BIT: what rays see that leave the scene, as by rtClearColor() and rtUseEnvironmentShader().
+ *
+ * May be called while the frame before renders.
+ *
+ * Errors: RT_INVALID_VALUE when there is no such loaded scene, time is not finite, or other bits are set;
+ * RT_INVALID_OPERATION between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject();
+ * RT_STACK_OVERFLOW when the matrix stack is full; RT_OUT_OF_MEMORY.
+ */
+RTAPI void rtInstantiateLoadedScene(RTuint scene, RTdouble time, RTbitfield parts);
+
+/**
+ * Deletes a loaded scene with its objects, shaders and textures. What the frame being assembled shows of it is
+ * still shown. 0 is ignored.
+ *
+ * Errors: RT_INVALID_VALUE when there is no such loaded scene; RT_INVALID_OPERATION between rtBegin() and rtEnd(),
+ * or between rtNewObject() and rtEndObject(); RT_OUT_OF_MEMORY.
+ */
+RTAPI void rtDeleteLoadedScene(RTuint scene);
+
+/**
+ * RT_TRUE when scene names a loaded scene.
+ *
+ * Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd().
+ */
+RTAPI RTboolean rtIsLoadedScene(RTuint scene);
+
+/**
+ * Stores a number of a loaded scene at params.
+ *
+ * RT_SCENE_FIRST_OBJECT, RT_SCENE_OBJECT_COUNT: its objects have this many names in a row, from the first on.
+ * RT_SCENE_TRIANGLE_COUNT: triangles of all objects, each object counted once.
+ * RT_SCENE_LIGHT_COUNT, RT_SCENE_CAMERA_COUNT: as many as the file has.
+ * RT_SCENE_FRAME_COUNT: frames of the animation; 0 when nothing moves.
+ * RT_SCENE_WARNING_COUNT: texts about what was left out.
+ * RT_SCENE_SRGB: RT_TRUE when the colours are meant for RT_FRAMEBUFFER_SRGB.
+ *
+ * Errors: RT_INVALID_ENUM for another pname, RT_INVALID_VALUE when there is no such loaded scene or params is NULL,
+ * RT_INVALID_OPERATION between rtBegin() and rtEnd().
+ */
+RTAPI void rtGetLoadedSceneiv(RTuint scene, RTenum pname, RTint *params);
+
+/**
+ * Stores numbers of a loaded scene at params.
+ *
+ * RT_SCENE_TIMES: first and last moment of the animation, in seconds on the file's clock; 0 0 when nothing moves.
+ * RT_SCENE_BOUNDS: lowest x, y, z and highest x, y, z of what is there at the first moment; 0 for an empty scene.
+ *
+ * Errors: RT_INVALID_ENUM for another pname, RT_INVALID_VALUE when there is no such loaded scene or params is NULL,
+ * RT_INVALID_OPERATION between rtBegin() and rtEnd().
+ */
+RTAPI void rtGetLoadedScenedv(RTuint scene, RTenum pname, RTdouble *params);
+
+/**
+ * A text of a loaded scene, which lives until the scene is deleted.
+ *
+ * RT_SCENE_WARNING: what was left out or is odd, index from 0 to below RT_SCENE_WARNING_COUNT; most begin with file
+ * and line.
+ * RT_SCENE_OBJECT_NAME: the file's name for an object, index from 0 to below RT_SCENE_OBJECT_COUNT.
+ * RT_SCENE_FORMAT: "AFF", "NFF", "OBJ", "PLY" or "glTF"; index is 0.
+ *
+ * Returns NULL on failure.
+ *
+ * Errors: RT_INVALID_ENUM for another pname, RT_INVALID_VALUE when there is no such loaded scene or no such text,
+ * RT_INVALID_OPERATION between rtBegin() and rtEnd().
+ */
+RTAPI const char *rtGetLoadedSceneString(RTuint scene, RTenum pname, RTuint index);
 
 /* Frames: where pixels go, when they are rendered, how they are read back --------------------------------------- */
 

@@ -396,3 +396,42 @@ pub const RT_NORMAL_ARRAY_POINTER: RTenum = 0x808F;
 pub const RT_COLOR_ARRAY_POINTER: RTenum = 0x8090;
 /// Pointer of rtGetPointerv(): the texture coordinate array.
 pub const RT_TEXTURE_COORD_ARRAY_POINTER: RTenum = 0x8092;
+
+/// Part of a loaded scene, for rtLoadScene() and rtInstantiateLoadedScene(): instances of its objects.
+pub const RT_SCENE_INSTANCES_BIT: RTbitfield = 0x100000;
+/// Part of a loaded scene: its lights.
+pub const RT_SCENE_LIGHTS_BIT: RTbitfield = 0x200000;
+/// Part of a loaded scene: its camera.
+pub const RT_SCENE_CAMERA_BIT: RTbitfield = 0x400000;
+/// Part of a loaded scene: clear colour or environment.
+pub const RT_SCENE_BACKGROUND_BIT: RTbitfield = 0x800000;
+/// All parts of a loaded scene.
+pub const RT_SCENE_ALL_BITS: RTbitfield = 0xF00000;
+/// State: RT_TRUE when the library was built with the readers of scene files, see rtLoadScene().
+pub const RT_SCENE_READERS: RTenum = 0x6100;
+/// Number of a loaded scene: its first object.
+pub const RT_SCENE_FIRST_OBJECT: RTenum = 0x6101;
+/// Number of a loaded scene: how many objects it has.
+pub const RT_SCENE_OBJECT_COUNT: RTenum = 0x6102;
+/// Number of a loaded scene: triangles of its objects.
+pub const RT_SCENE_TRIANGLE_COUNT: RTenum = 0x6103;
+/// Number of a loaded scene: lights.
+pub const RT_SCENE_LIGHT_COUNT: RTenum = 0x6104;
+/// Number of a loaded scene: cameras.
+pub const RT_SCENE_CAMERA_COUNT: RTenum = 0x6105;
+/// Number of a loaded scene: frames of its animation.
+pub const RT_SCENE_FRAME_COUNT: RTenum = 0x6106;
+/// Number of a loaded scene: texts about what was left out.
+pub const RT_SCENE_WARNING_COUNT: RTenum = 0x6107;
+/// Number of a loaded scene: whether its colours are meant for RT_FRAMEBUFFER_SRGB.
+pub const RT_SCENE_SRGB: RTenum = 0x6108;
+/// Numbers of a loaded scene: first and last moment of its animation.
+pub const RT_SCENE_TIMES: RTenum = 0x6109;
+/// Numbers of a loaded scene: the box around it.
+pub const RT_SCENE_BOUNDS: RTenum = 0x610A;
+/// Text of a loaded scene: something that was left out.
+pub const RT_SCENE_WARNING: RTenum = 0x610B;
+/// Text of a loaded scene: the name of an object.
+pub const RT_SCENE_OBJECT_NAME: RTenum = 0x610C;
+/// Text of a loaded scene: the format of the file.
+pub const RT_SCENE_FORMAT: RTenum = 0x610D;

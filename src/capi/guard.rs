@@ -9,6 +9,7 @@
 
 use super::arrays::ClientArrays;
 use super::constants::*;
+use super::loaded_scenes::LoadedScenes;
 use super::types::{RTboolean, RTenum, RTerrorCallback, RTint, RTuint};
 use crate::api::{CancelHandle, Context, Error, ErrorCode, Result};
 use std::any::Any;
@@ -25,6 +26,7 @@ pub(super) struct Session {
     pub callback: RTerrorCallback,
     pub user_data: UserData,
     pub arrays: ClientArrays,
+    pub scenes: LoadedScenes,
     /// The text that a getter returned last, kept as long as the manual promises.
     pub answer: Option<CString>,
 }
@@ -299,6 +301,7 @@ pub(super) fn create() -> Result<RTuint> {
         callback: None,
         user_data: UserData(std::ptr::null_mut()),
         arrays: ClientArrays::default(),
+        scenes: LoadedScenes::default(),
         answer: None,
     };
     table.contexts.insert(name, Entry { parked: Some(Box::new(session)), cancel });

@@ -29,6 +29,9 @@ mod context;
 mod frame;
 mod frame_parameters;
 mod immediate;
+mod load;
+#[cfg_attr(not(feature = "load"), path = "no_scenes.rs")]
+mod loaded_scenes;
 mod matrices;
 mod objects;
 mod parameters;
@@ -50,6 +53,7 @@ pub use colors::*;
 pub use context::*;
 pub use frame::*;
 pub use immediate::*;
+pub use load::*;
 pub use matrices::*;
 pub use objects::*;
 pub use parameters::*;

@@ -4,6 +4,7 @@ use super::arrays::{ClientArrays, number_of_component};
 use super::constants::*;
 use super::frame_parameters::upsampling_number;
 use super::guard::{Session, c_text, guard, guard_session};
+use super::loaded_scenes::READERS;
 use super::pointer::OutArray;
 use super::types::*;
 use crate::api::{Capability, Error, Result, State, StateString, TopLevelKind};
@@ -181,6 +182,7 @@ fn get<T: Copy + Default>(
             TopLevelKind::Bsp => RT_BSP,
             TopLevelKind::Bvh => RT_TOPLEVEL_BVH,
         }))]),
+        RT_SCENE_READERS => params.set(&[convert(f64::from(u8::from(READERS)))]),
         RT_UPSAMPLING => params.set(&[convert(f64::from(upsampling_number(session.context.get_upsampling()?)))]),
         // The mode of the definition that is open, as rtNewObject() was given it.
         RT_CURRENT_OBJECT_MODE => {

@@ -157,6 +157,12 @@ static void *on_another_thread(void *context)
     return NULL;
 }
 
+/* Functions that a library without the readers of scene files refuses. */
+static int needs_readers(const char *name)
+{
+    return !strcmp(name, "rtLoadScene") || (strstr(name, "LoadedScene") && strcmp(name, "rtIsLoadedScene"));
+}
+
 static void good_calls_are_good(void)
 {
     size_t i;
@@ -175,7 +181,10 @@ static void good_calls_are_good(void)
             rtEnd();
         CHECK(mxcsr() == environment_before);
         error = rtGetError();
-        if (error != RT_NO_ERROR)
+        if (loaded == 0 && needs_readers(good[i].name)) {
+            if (error != RT_INVALID_OPERATION && error != RT_INVALID_VALUE && strcmp(good[i].name, "rtDeleteLoadedScene"))
+                complain("without the readers", good[i].name, error, RT_INVALID_OPERATION);
+        } else if (error != RT_NO_ERROR)
             complain(rtGetErrorString(error), good[i].name, error, RT_NO_ERROR);
         rtExit();
         CHECK(rtGetError() == RT_NO_ERROR);
@@ -375,6 +384,7 @@ int main(int argc, char **argv)
 
     good_calls_are_good();
     remove(image_file);
+    remove(scene_file);
     CHECK(failures == 0);
     printf("%u calls, %u wrong ones\n", (unsigned)(sizeof good / sizeof good[0]), (unsigned)(sizeof bad / sizeof bad[0]));
     return 0;

@@ -33,8 +33,11 @@ const RTquery query_of_unknown_flags = {0x80, 0, NULL, NULL, NULL};
 void *out_pointer;
 RTfloat pixels[4 * 4 * 4];
 char image_file[1024] = "c_api_world.png";
+char scene_file[1040];
 
 RTuint object, flat_object, deleted_object, texture, deleted_texture, deleted_shader;
+/* 0 in a library without the readers of scene files. */
+RTuint loaded;
 RTuint shader_class, surface, light, camera, environment, renderer;
 RTuint h_1i, h_2i, h_3i, h_4i, h_1f, h_2f, h_3f, h_4f, h_16f, h_string, h_raw, h_texture, foreign_handle;
 
@@ -70,6 +73,22 @@ static inline RTuint shader_of(const char *class_name)
 {
     rtGenNewShaderClass(class_name, NULL);
     return rtGenNewShader();
+}
+
+/* A scene file of one triangle. */
+static inline RTuint load_scene(void)
+{
+    RTint readers = 0;
+    FILE *file;
+    snprintf(scene_file, sizeof scene_file, "%s.obj", image_file);
+    rtGetIntegerv(RT_SCENE_READERS, &readers);
+    if (!readers)
+        return 0;
+    file = fopen(scene_file, "w");
+    CHECK(file != NULL);
+    fputs("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nodd 1\n", file);
+    fclose(file);
+    return rtLoadScene(scene_file, RT_NONE);
 }
 
 /* What is in the context is the same after each call. No error is left. */
@@ -120,6 +139,7 @@ static inline void setup_without_init(void)
     rtVertexPointer(3, RT_FLOAT, 0, floats);
     rtEnableClientState(RT_VERTEX_ARRAY);
     rtPerspective(60, 1, 1, 100);
+    loaded = load_scene();
     rtInstantiateObject(object);
     rtRender();
     rtWriteImage(image_file);
@@ -238,6 +258,7 @@ static inline const char *snapshot(void)
         INT_OF(rtGetObjectParameteriv, o, RT_OBJECT_TIME);
     }
     note_int("deleted object", rtIsObject(deleted_object));
+    note_int("loaded scene", rtIsLoadedScene(loaded));
     note_int("texture", rtIsTexture(texture));
     note_int("deleted texture", rtIsTexture(deleted_texture));
     for (o = light; o <= surface; o++)
