@@ -13,6 +13,7 @@ mod model;
 mod nff;
 mod obj;
 mod ply;
+mod quiet;
 mod report;
 #[cfg(test)]
 mod tests;
@@ -45,9 +46,8 @@ pub fn read(path: impl AsRef<Path>) -> Result<SceneFile, LoadError> {
 /// As [`read`].
 pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<SceneFile, LoadError> {
     let path = path.as_ref();
-    // The last line of defence against a file that a crate cannot take: still a message and an exit code.
-    std::panic::catch_unwind(|| read_format(path, options))
-        .unwrap_or_else(|_| Err(LoadError::new(path, None, "the reader of this format gave up on the file")))
+    // The last line of defence against a file that a crate cannot take.
+    quiet::caught(|| read_format(path, options)).unwrap_or_else(|text| Err(LoadError::new(path, None, text)))
 }
 
 fn read_format(path: &Path, options: &ReadOptions) -> Result<SceneFile, LoadError> {

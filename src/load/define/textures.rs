@@ -3,7 +3,8 @@
 use crate::api::{
     Component, Context, Error, ImageDesc, ImageFormat, MAX_TEXTURE_SIZE, Name, TextureFormat, TextureParameter, Wrap,
 };
-use crate::load::{TextureData, TextureSource};
+use crate::load::input::files;
+use crate::load::{TextureData, TextureSource, quiet};
 use image::{ImageReader, Limits};
 use std::io::Cursor;
 
@@ -12,11 +13,15 @@ const MAX_IMAGE_BYTES: u64 = 1 << 30;
 
 /// The image as RGBA, its rows in the order of rising t; bounded in size.
 pub fn decode(source: &TextureSource) -> Result<image::RgbaImage, String> {
+    quiet::caught(|| decode_image(source)).unwrap_or_else(Err)
+}
+
+fn decode_image(source: &TextureSource) -> Result<image::RgbaImage, String> {
     let read;
     let bytes = match &source.data {
         TextureData::Bytes(bytes) => bytes,
         TextureData::File(path) => {
-            read = std::fs::read(path).map_err(|e| e.to_string())?;
+            read = files::read(path, files::MAX_FILE_BYTES).map_err(|e| e.message)?;
             &read
         }
     };

@@ -146,6 +146,13 @@ impl<'a> Lexer<'a> {
         self.peek().is_some_and(|word| parse_number(word).is_some())
     }
 
+    /// The next word, when it stands on the line of the one read last.
+    pub fn peek_in_line(&self) -> Option<&'a [u8]> {
+        let mut next = self.clone();
+        let word = next.word();
+        word.filter(|_| next.line == self.line)
+    }
+
     /// Upper bound of the words that are left; keeps reservations within what the file can hold.
     pub fn words_left(&self) -> usize {
         (self.bytes.len() - self.position).div_ceil(2)

@@ -165,7 +165,7 @@ impl Aff {
                 self.light(lexer, Some(name))?;
             }
             b"f" => {
-                let fill = nff_fill(lexer)?;
+                let fill = nff_fill(self, lexer)?;
                 self.set_fill(fill);
             }
             b"fm" => {
@@ -342,6 +342,10 @@ impl Aff {
         self.scene.counts.tessellated_triangles = curved.map(|o| (o.count() * o.mesh.triangles.len()) as u64).sum();
         self.scene.materials = self.materials.materials;
         self.scene.warnings = self.reports.into_iter().flat_map(Report::into_warnings).collect();
+        if self.scene.objects.is_empty() {
+            let text = LoadError::new(&self.scene.path, None, "there is nothing to draw in the file");
+            self.scene.warnings.push(text.to_string());
+        }
         self.scene
     }
 }
@@ -446,11 +450,23 @@ fn view(lexer: &mut Lexer) -> Result<Camera, LoadError> {
     Ok(camera)
 }
 
-/// `f r g b Kd Ks shine T ior`
-fn nff_fill(lexer: &mut Lexer) -> Result<Material, LoadError> {
+/// `f r g b Kd Ks shine T ior`. What is missing at the end is as for a matt surface; some programs name an image behind.
+fn nff_fill(aff: &mut Aff, lexer: &mut Lexer) -> Result<Material, LoadError> {
     let color = Vec3::from_array(lexer.floats("a fill colour")?);
-    let [kd, ks] = lexer.floats("Kd and Ks")?;
-    let [shine, t, ior] = lexer.floats("shininess, transmittance and index of refraction")?;
+    let mut numbers = [0.8, 0.0, 0.0, 0.0, 1.0];
+    for (i, number) in numbers.iter_mut().enumerate() {
+        if !lexer.number_follows() {
+            aff.warn(lexer, &format!("`f` has {} numbers instead of 8", i + 3));
+            break;
+        }
+        *number = lexer.float("a number of a fill")?;
+    }
+    // A statement on the same line has a short name.
+    if let Some(name) = lexer.peek_in_line().filter(|word| word.len() > 3) {
+        aff.warn(lexer, &format!("the image `{}` of `f` is left out", show(name)));
+        lexer.word();
+    }
+    let [kd, ks, shine, t, ior] = numbers;
     let mut fill = fill(Vec3::ZERO, color * kd, Vec3::splat(ks), shine, t, ior);
     if fill.transmission > 0.0 && ks == 0.0 {
         // All transmitters reflect (SPD's testing procedures, rule 8): as much as the index of refraction says, and enough to

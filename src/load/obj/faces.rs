@@ -8,7 +8,7 @@ use crate::load::input::lines::{Lines, keyword, without_comment, words};
 use crate::load::model::Mesh;
 use crate::load::report::Report;
 use glam::{DVec3, Vec2, Vec3};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// No normal or texture coordinate.
 const NONE: u32 = u32::MAX;
@@ -35,6 +35,7 @@ pub fn read(text: &[u8], tables: &Tables, surfaces: &Surfaces, report: &mut Repo
         seen: [0; 3],
         surface: Surface::default(),
         group: 0,
+        missing: BTreeMap::new(),
         corners: Vec::new(),
     };
     for (number, line) in Lines::new(text) {
@@ -45,11 +46,30 @@ pub fn read(text: &[u8], tables: &Tables, surfaces: &Surfaces, report: &mut Repo
             b"vn" => faces.seen[2] += 1,
             b"f" | b"fo" => faces.face(rest, number, report),
             b"s" => faces.group = group(without_comment(rest)),
-            b"usemtl" => faces.use_material(rest, number, report),
+            b"usemtl" => faces.use_material(rest, number),
             _ => {}
         }
     }
+    tell_missing(&faces.missing, report);
     faces.finish()
+}
+
+/// Most names of materials that are told.
+const MOST_NAMES: usize = 20;
+
+/// A file whose library is lost misses all its materials: that is one warning.
+fn tell_missing(missing: &BTreeMap<String, u32>, report: &mut Report) {
+    let names: Vec<String> = missing.keys().take(MOST_NAMES).map(|name| format!("`{name}`")).collect();
+    let line = missing.values().min().copied();
+    match names.len() {
+        0 => {}
+        1 => report.once(line, &format!("material {} is not defined", names[0])),
+        n => {
+            let further = missing.len() - n;
+            let more = if further > 0 { format!(" and {further} more") } else { String::new() };
+            report.once(line, &format!("materials {}{more} are not defined", names.join(", ")));
+        }
+    }
 }
 
 /// Number of a smoothing group; 0 is none.
@@ -72,17 +92,19 @@ struct Faces<'a> {
     seen: [usize; 3],
     surface: Surface,
     group: u32,
+    /// Materials that no library defines, with the line that names them first.
+    missing: BTreeMap<String, u32>,
     /// Of the face being read.
     corners: Vec<Corner>,
 }
 
 impl Faces<'_> {
-    fn use_material(&mut self, name: &[u8], line: u32, report: &mut Report) {
+    fn use_material(&mut self, name: &[u8], line: u32) {
         self.surface = match self.surfaces.find(name) {
             Some(surface) => surface,
             None => {
                 if !name.is_empty() {
-                    report.once(Some(line), &format!("material `{}` is not defined", show(name)));
+                    self.missing.entry(show(name)).or_insert(line);
                 }
                 Surface::default()
             }

@@ -89,6 +89,8 @@ pub struct Header {
     pub elements: Vec<Element>,
     /// Images named in comments `TextureFile`, with their lines.
     pub textures: Vec<(u32, String)>,
+    /// Words that no line of a header begins with, with their lines.
+    pub unknown: Vec<(u32, String)>,
     /// Where the data begins: its byte and its line.
     pub length: usize,
     pub line: u32,
@@ -96,8 +98,14 @@ pub struct Header {
 
 /// Reads the header of `bytes`.
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Header, LoadError> {
-    let mut header =
-        Header { encoding: Encoding::Ascii, elements: Vec::new(), textures: Vec::new(), length: 0, line: 0 };
+    let mut header = Header {
+        encoding: Encoding::Ascii,
+        elements: Vec::new(),
+        textures: Vec::new(),
+        unknown: Vec::new(),
+        length: 0,
+        line: 0,
+    };
     let mut has_format = false;
     // What ends the first line ends all: in a binary file a byte 10 behind a CR may be data.
     let end = bytes.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(bytes.len());
@@ -156,7 +164,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Header, LoadError> {
             }
             (_, b"end_header") => break,
             (_, b"") => {}
-            _ => return Err(fault(format!("unknown word `{}` in the header", show(word)))),
+            (line, _) => header.unknown.push((line, show(word))),
         }
     }
     if !has_format {

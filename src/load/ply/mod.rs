@@ -27,6 +27,9 @@ pub fn load(path: &Path) -> Result<SceneFile, LoadError> {
     let bytes = files::read(path, files::MAX_FILE_BYTES)?;
     let header = header::read(path, &bytes)?;
     let mut report = Report::new(path);
+    for (line, word) in &header.unknown {
+        report.once(Some(*line), &format!("unknown word `{word}` in the header is left out"));
+    }
     let meant = ["vertex", "face", "tristrips"];
     let others = header.elements.iter().filter(|e| !meant.contains(&e.name.as_str()));
     let mut unused: Vec<String> = others.map(|e| format!("elements `{}`", e.name)).collect();

@@ -84,7 +84,7 @@ fn faults_are_told_with_file_and_line() {
         ("l 1 2", 1, "a light position"),
         ("l 1 2 3 0.5 z", 1, "a light colour"),
         ("la", 1, "the name of an animated light"),
-        ("f 1 1 1 0.5", 1, "Kd and Ks"),
+        ("f 1 1 x", 1, "a fill colour"),
         ("fm 1 1 1 0.5", 1, "a diffuse colour"),
         ("c 0 0 0 1  0 0 0 1", 1, "coincide"),
         ("p 2 0 0 0 1 0 0", 1, "at least 3 corners"),
@@ -184,6 +184,18 @@ fn textures_lie_in_the_sibling_folder() {
     let path = folder.write("aff/scene.aff", text);
     let scene = load(&path, 0.0).unwrap();
     assert_eq!((scene.textures.len(), scene.warnings.len()), (3, 0), "{:?}", scene.warnings);
+}
+
+#[test]
+fn fills_may_be_short_or_name_an_image() {
+    let short = aff("f 1 0.5 0 0.5\ns 0 0 0 1").unwrap();
+    warned(&short, "scene.aff:1: `f` has 4 numbers instead of 8");
+    assert_eq!(short.materials[1].diffuse, Vec3::new(0.5, 0.25, 0.0));
+    warned(
+        &aff("f 1 1 1 1 0 0 0 1 earth.jpg\ns 0 0 0 1").unwrap(),
+        "scene.aff:1: the image `earth.jpg` of `f` is left out",
+    );
+    assert_eq!(aff("f 1 1 1 1 0 0 0 1 s 0 0 0 1").unwrap().counts.spheres, 1);
 }
 
 #[test]

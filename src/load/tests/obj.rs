@@ -159,6 +159,7 @@ fn broken_lines_cost_themselves() {
     check("l 1 2", "lines (`l`) are left out", 2);
     check("curv2 1", "free-form curves and surfaces are left out: `curv2`", 2);
     check("usemtl gone", "material `gone` is not defined", 2);
+    check("usemtl b\nusemtl a\nusemtl b", "materials `a`, `b` are not defined", 2);
     // A broken vertex keeps its number, and takes its faces along.
     let scene = obj("v 0 0 0\nv 1 zero 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n");
     assert_eq!((mesh(&scene).triangles.len(), area(mesh(&scene))), (1, 0.5));

@@ -82,7 +82,7 @@ fn faults_name_their_line() {
         format!("{plain}{TRIANGLE}").replace("vertex_indices", "corners"),
         "the elements `face` have no vertex_indices",
     );
-    fault(plain.replace("end_header", "end"), "a.ply:9: unknown word `end` in the header");
+    fault(plain.replace("end_header", "end"), "a.ply:10: the header has no `end_header`");
     fault(plain.replace("end_header\n", ""), "a.ply:9: the header has no `end_header`");
     fault("plx\n", "a.ply:1: the file does not begin with `ply`");
     fault("", "a.ply:1: the header has no `end_header`");
@@ -242,6 +242,8 @@ fn faces_have_colours() {
 
 #[test]
 fn what_is_left_out_is_named() {
+    let odd = header(3, "", 1, "").replace("element vertex", "Created by a program\nelement vertex");
+    warned(&ply(format!("{odd}{TRIANGLE}")), "a.ply:3: unknown word `Created` in the header is left out");
     let more = "property float confidence\nproperty list uchar int neighbours\n";
     let text = header(3, more, 1, "property uchar flags\n")
         .replace("end_header", "element edge 1\nproperty int vertex1\nend_header");

@@ -13,6 +13,8 @@ mod model;
 #[path = "../../../src/load/nff/mod.rs"]
 pub mod nff;
 
+#[path = "../../../src/load/quiet.rs"]
+mod quiet;
 #[path = "../../../src/load/report.rs"]
 mod report;
 
