@@ -7,6 +7,7 @@ use super::objects::positive;
 use super::texture_image::{ImageDesc, decode_level, level_size};
 use crate::frame::read_image;
 use crate::scene::{Command, Filter, Name, Texture, TextureFormat, TextureLevel, Wrap};
+use glam::Affine2;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -15,7 +16,7 @@ use std::sync::Arc;
 pub const MAX_TEXTURE_SIZE: u32 = 1 << 15;
 
 /// A settable property of a texture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TextureParameter {
     WrapS(Wrap),
     WrapT(Wrap),
@@ -24,10 +25,12 @@ pub enum TextureParameter {
     /// When a texel covers many pixels: `Nearest` makes the whole texture use the nearest texel.
     MagFilter(Filter),
     Format(TextureFormat),
+    /// From the coordinates of surfaces to those of the image, where 0 to 1 is the whole of it.
+    Transform(Affine2),
 }
 
 /// What a texture is, for getters.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TextureInfo {
     /// Size of level 0; 0 without an image.
     pub width: u32,
@@ -37,6 +40,7 @@ pub struct TextureInfo {
     pub min_filter: Filter,
     pub mag_filter: Filter,
     pub format: TextureFormat,
+    pub transform: Affine2,
 }
 
 struct TextureState {
@@ -207,6 +211,7 @@ impl Context {
             }
             TextureParameter::MagFilter(filter) => mag_filter = filter,
             TextureParameter::Format(format) => new.format = format,
+            TextureParameter::Transform(transform) => new.transform = transform,
         }
         new.filter = if mag_filter == Filter::Nearest { Filter::Nearest } else { min_filter };
         new.levels = copy_levels(&old.levels)?;
@@ -234,6 +239,7 @@ impl Context {
             min_filter: state.min_filter,
             mag_filter: state.mag_filter,
             format: texture.format,
+            transform: texture.transform,
         })
     }
 
@@ -280,6 +286,7 @@ fn settings(texture: &Texture) -> Texture {
         wrap_t: texture.wrap_t,
         filter: texture.filter,
         format: texture.format,
+        transform: texture.transform,
     }
 }
 

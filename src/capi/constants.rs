@@ -202,6 +202,8 @@ pub const RT_TEXTURE_WIDTH: RTenum = 0x1000;
 pub const RT_TEXTURE_HEIGHT: RTenum = 0x1001;
 /// Texture parameter: RT_LINEAR_COLOR or RT_SRGB.
 pub const RT_TEXTURE_COLOR_SPACE: RTenum = 0x6040;
+/// Texture parameter, for rtTexParameterfv(): where the image lies on surfaces.
+pub const RT_TEXTURE_MATRIX: RTenum = 0x0BA8;
 /// Texture colour space: stored values are used as they are.
 pub const RT_LINEAR_COLOR: RTenum = 0x6041;
 /// Texture colour space: stored values are on the sRGB curve.

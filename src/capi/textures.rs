@@ -3,11 +3,12 @@
 use super::arrays::component;
 use super::constants::*;
 use super::guard::guard;
-use super::pointer::{OutArray, slice, slice_mut, text};
+use super::pointer::{OutArray, array, slice, slice_mut, text, value};
 use super::types::*;
 use crate::api::{
     Context, Error, Filter, ImageDesc, ImageFormat, MAX_TEXTURE_SIZE, Result, TextureFormat, TextureParameter, Wrap,
 };
+use glam::Affine2;
 use std::ffi::{c_char, c_void};
 
 fn image_format(format: RTenum) -> Result<ImageFormat> {
@@ -206,6 +207,29 @@ pub extern "C" fn rtTexParameteri(target: RTenum, pname: RTenum, param: RTint) {
     })
 }
 
+/// Sets the parameter RT_TEXTURE_MATRIX of the bound texture: 16 numbers, column by column, that take the texture
+/// coordinates s and t of surfaces (with 0 and 1 as third and fourth) to those at which the image is looked up; only s and t
+/// of the result count. The identity is the default. Other parameters as for rtTexParameterf().
+///
+/// Errors: RT_INVALID_ENUM for another target, parameter or value; RT_INVALID_VALUE when params is NULL;
+/// RT_INVALID_OPERATION when no texture is bound, or between rtBegin() and rtEnd(); RT_OUT_OF_MEMORY.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rtTexParameterfv(target: RTenum, pname: RTenum, params: *const RTfloat) {
+    guard(|cx| {
+        cx.is_texture(0)?;
+        target_2d(target)?;
+        if pname != RT_TEXTURE_MATRIX {
+            // SAFETY: `params` is NULL or points to one number, says the manual; it is read before we return.
+            let value = unsafe { value(params)? };
+            return tex_parameter(cx, target, pname, value.round() as RTenum);
+        }
+        // SAFETY: `params` is NULL or points to 16 numbers, says the manual; they are read before we return.
+        let m = unsafe { array::<RTfloat, 16>(params)? };
+        let transform = Affine2::from_cols_array(&[m[0], m[1], m[4], m[5], m[12], m[13]]);
+        cx.tex_parameter(TextureParameter::Transform(transform))
+    })
+}
+
 /// See rtTexParameteri(); the value is rounded.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtTexParameterf(target: RTenum, pname: RTenum, param: RTfloat) {
@@ -247,12 +271,21 @@ pub unsafe extern "C" fn rtGetTexParameteriv(target: RTenum, pname: RTenum, para
     guard(|cx| params.set(&[get_tex_parameter(cx, target, pname)?]))
 }
 
-/// See rtGetTexParameteriv().
+/// See rtGetTexParameteriv(). RT_TEXTURE_MATRIX is 16 numbers, column by column.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtGetTexParameterfv(target: RTenum, pname: RTenum, params: *mut RTfloat) {
-    // SAFETY: `params` is NULL or a place for one value, says the manual.
+    // SAFETY: `params` is NULL or a place for one value, or 16 of RT_TEXTURE_MATRIX, says the manual.
     let params = unsafe { OutArray::new(params) };
-    guard(|cx| params.set(&[get_tex_parameter(cx, target, pname)? as RTfloat]))
+    guard(|cx| {
+        if pname != RT_TEXTURE_MATRIX {
+            return params.set(&[get_tex_parameter(cx, target, pname)? as RTfloat]);
+        }
+        cx.is_texture(0)?;
+        target_2d(target)?;
+        let transform = cx.get_tex_parameters()?.transform;
+        let ([a, b, c, d], [s, t]) = (transform.matrix2.to_cols_array(), transform.translation.to_array());
+        params.set(&[a, b, 0.0, 0.0, c, d, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, s, t, 0.0, 1.0])
+    })
 }
 
 /// Reads an image file (PNG, JPEG, EXR, HDR or PNM, told by its content) into a new texture, binds it and

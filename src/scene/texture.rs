@@ -1,5 +1,7 @@
 //! Two-dimensional textures with their mip-map chain.
 
+use glam::Affine2;
+
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
     #[default]
@@ -36,6 +38,8 @@ pub struct Texture {
     pub wrap_t: Wrap,
     pub filter: Filter,
     pub format: TextureFormat,
+    /// From the coordinates of the surface to those of the image.
+    pub transform: Affine2,
 }
 
 /// One mip-map level: RGBA8, row by row.

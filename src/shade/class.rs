@@ -5,20 +5,21 @@
 //!
 //! | surface | parameters |
 //! |---|---|
-//! | `constant` | glows with the base colour, unlit: `color` 1 1 1, `texture` |
+//! | `constant` | glows with the base colour, unlit: `color` 1 1 1, `texture`, `opacity` 1, `alpha_texture`, `alpha_threshold` 0, `alpha_blend` 0 |
 //! | `diffuse` | Lambert: `color` 0.8 0.8 0.8, `ambient` 0.2 0.2 0.2 (share of the ambient lights that is reflected), `texture` |
-//! | `phong` | `ambient` 0.2, `diffuse` 0.8, `specular` 0, `shininess` 32 (highlights of lights: cosᵏ around the mirror direction), `reflection` 0 (mirror image of the scene), `transmission` 0 and `ior` 1 (refracted image), `emission` 0, `opacity` 1, `texture`, `alpha_texture`, `alpha_threshold` 0 |
+//! | `phong` | `ambient` 0.2, `diffuse` 0.8, `specular` 0, `shininess` 32 (highlights of lights: cosᵏ around the mirror direction), `reflection` 0 (mirror image of the scene), `transmission` 0 and `ior` 1 (refracted image), `emission` 0, `opacity` 1, `texture`, `alpha_texture`, `alpha_threshold` 0, `alpha_blend` 0 |
 //! | `cutout` | `diffuse` with holes where alpha < `alpha_threshold` 0.5: `color`, `ambient`, `texture`, `alpha_texture` |
 //! | `mirror` | perfect mirror: `color` 1 1 1, `texture` |
 //! | `glass` | smooth dielectric with Fresnel reflection: `color` 1 1 1 (per crossing), `ior` 1.5 |
 //! | `metal` | `color` 0.9 0.9 0.9, `roughness` 0 (0 mirror … 1 dull), `texture` |
+//! | `metallic_roughness` | the material of glTF: `color` 0.8 0.8 0.8 with `texture`; `metallic` 0 and `roughness` 0.5, multiplied by blue and green of `metallic_roughness_texture`; `specular` 0.04 0.04 0.04 (what a dielectric reflects at normal incidence); `ambient` 0.2; `emission` 0 × `emission_texture`; `transmission` 0 with `ior` 1 (1: a thin sheet); `normal_texture` with `normal_scale` 1 1 (of red and green; −1 for the second where the first row of the image lies at t = 0); red of `occlusion_texture` with `occlusion_strength` 1; `opacity` 1, `alpha_texture`, `alpha_threshold` 0, `alpha_blend` 0 |
 //! | `eyelight` | base colour × cosine to the viewer, no lights: `color` 0.8 0.8 0.8, `texture` |
 //! | `normals` | the shading normal as a colour, ½(n + 1) |
 //! | `wireframe` | `color` 0 0 0 on the triangle's edges, `background` 1 1 1, `thickness` 1.5 (pixels) |
 //!
 //! Opacity: alpha is vertex alpha × texture alpha × alpha-texture's red. With an `alpha_threshold` above 0, points
 //! whose alpha lies below it do not exist, for shadows too, and all others are opaque. `opacity` blends with what
-//! lies behind, without refraction. NFF's `f r g b Kd Ks shine T ior` is `phong` with `diffuse` Kd·rgb, `specular`
+//! lies behind, without refraction; with `alpha_blend` 1 it is multiplied by alpha. NFF's `f r g b Kd Ks shine T ior` is `phong` with `diffuse` Kd·rgb, `specular`
 //! and `reflection` Ks·rgb, `shininess`, `transmission` T, `ior`.
 //!
 //! | light | parameters |
@@ -93,7 +94,7 @@ fn texture(name: &str) -> ParamDef {
 fn surfaces() -> Vec<Arc<ShaderClass>> {
     let surface = |name, params| class(ShaderKind::Surface, name, params);
     vec![
-        surface("constant", vec![grey("color", 1.0), texture("texture")]),
+        surface("constant", [vec![grey("color", 1.0), texture("texture")], alpha()].concat()),
         surface("diffuse", vec![grey("color", 0.8), grey("ambient", 0.2), texture("texture")]),
         surface(
             "phong",
@@ -110,6 +111,7 @@ fn surfaces() -> Vec<Arc<ShaderClass>> {
                 texture("texture"),
                 texture("alpha_texture"),
                 float("alpha_threshold", 0.0),
+                int("alpha_blend", 0),
             ],
         ),
         surface(
@@ -125,9 +127,35 @@ fn surfaces() -> Vec<Arc<ShaderClass>> {
         surface("mirror", vec![grey("color", 1.0), texture("texture")]),
         surface("glass", vec![grey("color", 1.0), float("ior", 1.5)]),
         surface("metal", vec![grey("color", 0.9), float("roughness", 0.0), texture("texture")]),
+        surface("metallic_roughness", [metallic_roughness(), alpha()].concat()),
         surface("eyelight", vec![grey("color", 0.8), texture("texture")]),
         surface("normals", vec![]),
         surface("wireframe", vec![grey("color", 0.0), grey("background", 1.0), float("thickness", 1.5)]),
+    ]
+}
+
+/// Parameters of surfaces that need not hide what lies behind them.
+fn alpha() -> Vec<ParamDef> {
+    vec![float("opacity", 1.0), texture("alpha_texture"), float("alpha_threshold", 0.0), int("alpha_blend", 0)]
+}
+
+fn metallic_roughness() -> Vec<ParamDef> {
+    vec![
+        grey("color", 0.8),
+        grey("ambient", 0.2),
+        float("metallic", 0.0),
+        float("roughness", 0.5),
+        grey("specular", 0.04),
+        grey("emission", 0.0),
+        float("transmission", 0.0),
+        float("ior", 1.0),
+        texture("texture"),
+        texture("metallic_roughness_texture"),
+        texture("normal_texture"),
+        param("normal_scale", ParamType::Float(2), ParamValue::Float([1.0, 1.0, 0.0, 0.0])),
+        texture("occlusion_texture"),
+        float("occlusion_strength", 1.0),
+        texture("emission_texture"),
     ]
 }
 

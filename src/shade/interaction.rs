@@ -12,6 +12,7 @@ use glam::{Vec2, Vec3, Vec4};
 use std::cell::OnceCell;
 
 /// A hit point, ready for shading.
+#[derive(Clone)]
 pub struct Interaction<'a> {
     pub point: SurfacePoint,
     /// Width of the cone at the point.
@@ -130,6 +131,27 @@ impl<'a> Interaction<'a> {
             weights[1] * double_area / edge2.length(),
             weights[2] * double_area / edge1.length(),
         )
+    }
+
+    /// Derivatives of the position with respect to the texture coordinates s and t, in world space; None where the triangle
+    /// has no area in texture space.
+    pub fn tangents(&self) -> Option<[Vec3; 2]> {
+        if self.mesh.tex_coords.is_empty() {
+            return None;
+        }
+        let [a, b, c] = self.mesh.triangles[self.point.primitive as usize].map(|i| self.mesh.tex_coords[i as usize]);
+        let (uv1, uv2) = (b - a, c - a);
+        let area = uv1.perp_dot(uv2);
+        let [edge1, edge2] = self.world_edges();
+        let both = [(edge1 * uv2.y - edge2 * uv1.y) / area, (edge2 * uv1.x - edge1 * uv2.x) / area];
+        (area != 0.0 && both[0].is_finite() && both[1].is_finite()).then_some(both)
+    }
+
+    /// The same point with another shading normal (unit length), which is bent until the viewer sees its side.
+    pub fn with_normal(&self, normal: Vec3) -> Self {
+        let mut turned = self.clone();
+        turned.point.normal = towards_viewer(normal, self.point.incoming);
+        turned
     }
 
     fn world_edges(&self) -> [Vec3; 2] {

@@ -183,7 +183,7 @@ impl Kind {
     fn of(surface: &Surface, mesh: &Mesh) -> Self {
         match surface {
             // Alpha is 1 everywhere then.
-            Surface::Phong(phong) if phong.alpha_threshold <= 0.0 && phong.opacity == 1.0 => Self {
+            Surface::Phong(phong) if phong.alpha.is_opaque() => Self {
                 lit: true,
                 textured: phong.texture.is_some() || !mesh.colors.is_empty(),
                 highlight: phong.specular != Vec3::ZERO,

@@ -8,6 +8,7 @@
 
 pub mod class;
 
+mod alpha;
 mod ambient_occlusion;
 mod block;
 mod camera;
@@ -23,6 +24,7 @@ mod light;
 mod light_packet;
 mod lighting;
 mod materials;
+mod metallic_roughness;
 mod names;
 mod optics;
 mod path;

@@ -21,15 +21,15 @@ use glam::{Vec3, Vec4, Vec4Swizzles};
 use std::f32::consts::PI;
 
 /// Where a path goes on, and the factor that its weight gets: BSDF × cosine / density.
-struct Step {
-    direction: Vec3,
-    factor: Vec3,
+pub(crate) struct Step {
+    pub direction: Vec3,
+    pub factor: Vec3,
     /// Angle by which the bounce scatters, for texture filtering.
-    spread: f32,
+    pub spread: f32,
 }
 
 /// Footprint of a diffuse bounce: wide enough to leave the finest mip levels, narrow enough not to bleed across a room.
-const DIFFUSE_SPREAD: f32 = 0.1 * PI;
+pub(crate) const DIFFUSE_SPREAD: f32 = 0.1 * PI;
 
 impl<'a> Worker<'a> {
     pub(crate) fn path(
@@ -60,8 +60,7 @@ impl<'a> Worker<'a> {
                     let color = self.user(user, &it, bounce);
                     (color.xyz(), color.w)
                 }
-                Surface::Phong(phong) => (Vec3::ZERO, phong.base(&it, &scene.textures).w),
-                _ => (Vec3::ZERO, 1.0),
+                _ => (Vec3::ZERO, surface.coverage(&it, &scene.textures)),
             };
             // `next_f32` is below 1, so an opaque surface is always there.
             if alpha < 1.0 && self.rng.next_f32() >= alpha {
@@ -103,6 +102,7 @@ impl<'a> Worker<'a> {
     fn emitted(&self, surface: &Surface, it: &Interaction) -> Vec3 {
         match surface {
             Surface::Phong(phong) => phong.emission,
+            Surface::MetallicRoughness(m) => m.emitted(it, &self.scene.textures),
             _ => self.glow(surface, it),
         }
     }
@@ -118,6 +118,7 @@ impl<'a> Worker<'a> {
                 let tint = *color * self.base(*texture, it);
                 tint * self.metal_highlight(*k, it, Effort::Single)
             }
+            Surface::MetallicRoughness(m) => self.metallic_roughness_lit(m, it),
             _ => Vec3::ZERO,
         }
     }
@@ -128,6 +129,7 @@ impl<'a> Worker<'a> {
         let mirrored = || above(reflect(point.incoming, point.normal), point.geometric_normal);
         match surface {
             Surface::Phong(phong) => self.phong_step(phong, it),
+            Surface::MetallicRoughness(m) => self.metallic_roughness_step(m, it),
             Surface::Mirror { color, texture } => {
                 let factor = *color * self.base(*texture, it);
                 Some(Step { direction: mirrored(), factor, spread: 0.0 })

@@ -2,8 +2,10 @@
 //! virtual call.
 
 use crate::scene::{Name, ShaderClass, SurfacePoint, SurfaceShader};
+use crate::shade::alpha::Alpha;
 use crate::shade::block::Block;
 use crate::shade::interaction::Interaction;
+use crate::shade::metallic_roughness::MetallicRoughness;
 use crate::shade::optics::reflect;
 use crate::shade::textures::Textures;
 use crate::shade::values::Values;
@@ -17,6 +19,7 @@ pub enum Surface {
     Constant {
         color: Vec3,
         texture: TextureId,
+        alpha: Alpha,
     },
     /// `diffuse`, `phong` and `cutout`.
     Phong(Phong),
@@ -37,6 +40,7 @@ pub enum Surface {
         color: Vec3,
         texture: TextureId,
     },
+    MetallicRoughness(Box<MetallicRoughness>),
     Normals,
     Wireframe {
         color: Vec3,
@@ -56,11 +60,8 @@ pub struct Phong {
     pub transmission: Vec3,
     pub ior: f32,
     pub emission: Vec3,
-    pub opacity: f32,
     pub texture: TextureId,
-    pub alpha_texture: TextureId,
-    /// 0 keeps every point.
-    pub alpha_threshold: f32,
+    pub alpha: Alpha,
 }
 
 pub struct UserSurface {
@@ -88,10 +89,8 @@ impl Phong {
             transmission: Vec3::ZERO,
             ior: 1.0,
             emission: Vec3::ZERO,
-            opacity: 1.0,
             texture: None,
-            alpha_texture: None,
-            alpha_threshold: 0.0,
+            alpha: Alpha::default(),
         }
     }
 
@@ -99,7 +98,7 @@ impl Phong {
     #[inline]
     pub fn base(&self, it: &Interaction, textures: &Textures) -> Vec4 {
         let base = it.point.color * textures.lookup(self.texture, it.point.tex_coord, || it.footprint());
-        base.xyz().extend(self.alpha(base.w, it, textures))
+        base.xyz().extend(self.alpha.at(base.w, it, textures))
     }
 
     /// Light of `radiance` from `direction`, reflected to the viewer: diffuse and in the highlight.
@@ -112,14 +111,6 @@ impl Phong {
         }
         color * radiance
     }
-
-    fn alpha(&self, base_alpha: f32, it: &Interaction, textures: &Textures) -> f32 {
-        if self.alpha_threshold <= 0.0 {
-            return self.opacity;
-        }
-        let mask = textures.lookup(self.alpha_texture, it.point.tex_coord, || it.footprint()).x;
-        if base_alpha * mask < self.alpha_threshold { 0.0 } else { self.opacity }
-    }
 }
 
 impl Surface {
@@ -128,7 +119,9 @@ impl Surface {
         let texture = || textures.id(values.texture("texture"));
         let color = || values.vec3("color");
         Some(match class {
-            "constant" => Surface::Constant { color: color(), texture: texture() },
+            "constant" => {
+                Surface::Constant { color: color(), texture: texture(), alpha: Alpha::new(values, textures) }
+            }
             "diffuse" => {
                 let matte = Phong::matte(color());
                 Surface::Phong(Phong { ambient: values.vec3("ambient") * color(), texture: texture(), ..matte })
@@ -136,8 +129,7 @@ impl Surface {
             "cutout" => Surface::Phong(Phong {
                 ambient: values.vec3("ambient") * color(),
                 texture: texture(),
-                alpha_texture: textures.id(values.texture("alpha_texture")),
-                alpha_threshold: values.float("alpha_threshold"),
+                alpha: Alpha { opacity: 1.0, ..Alpha::new(values, textures) },
                 ..Phong::matte(color())
             }),
             "phong" => Surface::Phong(Phong {
@@ -149,10 +141,8 @@ impl Surface {
                 transmission: values.vec3("transmission"),
                 ior: positive_or_one(values.float("ior")),
                 emission: values.vec3("emission"),
-                opacity: values.float("opacity").clamp(0.0, 1.0),
                 texture: texture(),
-                alpha_texture: textures.id(values.texture("alpha_texture")),
-                alpha_threshold: values.float("alpha_threshold"),
+                alpha: Alpha::new(values, textures),
             }),
             "mirror" => Surface::Mirror { color: color(), texture: texture() },
             "glass" => Surface::Glass { color: color(), ior: positive_or_one(values.float("ior")) },
@@ -162,6 +152,7 @@ impl Surface {
                 let exponent = (roughness > 1e-3).then(|| 2.0 / (roughness * roughness) - 2.0);
                 Surface::Metal { color: color(), exponent, texture: texture() }
             }
+            "metallic_roughness" => Surface::MetallicRoughness(Box::new(MetallicRoughness::new(values, textures))),
             "eyelight" => Surface::EyeLight { color: color(), texture: texture() },
             "normals" => Surface::Normals,
             "wireframe" => Surface::Wireframe {
@@ -176,7 +167,9 @@ impl Surface {
     /// Whether shadow rays may pass, somewhere.
     pub fn is_see_through(&self) -> bool {
         match self {
-            Surface::Phong(p) => p.alpha_threshold > 0.0 || p.opacity < 1.0 || p.transmission != Vec3::ZERO,
+            Surface::Phong(p) => !p.alpha.is_opaque() || p.transmission != Vec3::ZERO,
+            Surface::MetallicRoughness(m) => !m.alpha.is_opaque() || m.transmission > 0.0,
+            Surface::Constant { alpha, .. } => !alpha.is_opaque(),
             Surface::Glass { .. } => true,
             _ => false,
         }
@@ -184,26 +177,42 @@ impl Surface {
 
     /// Whether the surface is not there at the point.
     pub fn is_hole(&self, it: &Interaction, textures: &Textures) -> bool {
-        match self {
-            Surface::Phong(p) => p.alpha_threshold > 0.0 && p.base(it, textures).w == 0.0,
+        let may = match self {
+            Surface::Phong(p) => p.alpha.has_holes(),
+            Surface::MetallicRoughness(m) => m.alpha.has_holes(),
+            Surface::Constant { alpha, .. } => alpha.has_holes(),
             _ => false,
+        };
+        may && self.coverage(it, textures) == 0.0
+    }
+
+    /// How much of what lies behind the point is hidden, without regard to transmission.
+    pub fn coverage(&self, it: &Interaction, textures: &Textures) -> f32 {
+        match self {
+            Surface::Phong(p) => p.base(it, textures).w,
+            Surface::MetallicRoughness(m) => m.coverage(it, textures),
+            Surface::Constant { texture, alpha, .. } if !alpha.is_opaque() => {
+                let texel = textures.lookup(*texture, it.point.tex_coord, || it.footprint());
+                alpha.at(it.point.color.w * texel.w, it, textures)
+            }
+            _ => 1.0,
         }
     }
 
     /// Share of light that goes straight through, for shadow rays. Refracting surfaces let it pass undeflected:
     /// a lamp behind a window shines; caustics are left to the eye. A user's surfaces are opaque.
     pub fn transmittance(&self, it: &Interaction, textures: &Textures) -> Vec3 {
-        match self {
-            Surface::Phong(p) => {
-                let alpha = p.base(it, textures).w;
-                Vec3::splat(1.0 - alpha) + p.transmission * alpha
-            }
+        let alpha = self.coverage(it, textures);
+        let within = match self {
+            Surface::Phong(p) => p.transmission,
+            Surface::MetallicRoughness(m) => m.transmitted(it, textures),
             Surface::Glass { color, .. } => *color,
             _ => Vec3::ZERO,
-        }
+        };
+        Vec3::splat(1.0 - alpha) + within * alpha
     }
 }
 
-fn positive_or_one(ior: f32) -> f32 {
+pub(super) fn positive_or_one(ior: f32) -> f32 {
     if ior > 0.0 && ior.is_finite() { ior } else { 1.0 }
 }

@@ -5,7 +5,7 @@
 //! one texel asks for level 0.
 
 use crate::scene::{Filter, Texture, TextureFormat, TextureLevel, Wrap};
-use glam::{Vec2, Vec4};
+use glam::{Affine2, Vec2, Vec4};
 use std::sync::{Arc, LazyLock};
 
 /// A texture ready for look-up: with a whole mip-map chain if its filter wants one.
@@ -58,6 +58,14 @@ impl CompiledTexture {
 
     /// The filtered linear RGBA at `uv`; `footprint` is the area of texture space (1 = the whole image) to filter over.
     pub fn lookup(&self, uv: Vec2, footprint: f32) -> Vec4 {
+        let transform = &self.source.transform;
+        if *transform == Affine2::IDENTITY {
+            return self.filtered(uv, footprint);
+        }
+        self.filtered(transform.transform_point2(uv), footprint * transform.matrix2.determinant().abs())
+    }
+
+    fn filtered(&self, uv: Vec2, footprint: f32) -> Vec4 {
         match self.source.filter {
             Filter::Nearest => self.nearest(uv),
             Filter::Linear => self.bilinear(0, uv),
@@ -215,7 +223,7 @@ mod tests {
             wrap_s: wrap,
             wrap_t: wrap,
             filter,
-            format: TextureFormat::Linear,
+            ..Texture::default()
         };
         CompiledTexture::new(&Arc::new(source)).unwrap()
     }
@@ -275,6 +283,21 @@ mod tests {
                 assert!(at(wrap, u).is_finite());
             }
         }
+    }
+
+    #[test]
+    fn a_transform_comes_before_everything_else() {
+        let texels = vec![[0, 0, 0, 255], [100, 100, 100, 255]];
+        let source = Texture {
+            levels: vec![TextureLevel { width: 2, height: 1, texels }],
+            filter: Filter::LinearMipmapLinear,
+            transform: Affine2::from_scale_angle_translation(Vec2::splat(2.0), 0.0, Vec2::new(0.25, 0.0)),
+            ..Texture::default()
+        };
+        let t = CompiledTexture::new(&Arc::new(source)).unwrap();
+        assert_eq!((red(&t, 0.0, 0.0), red(&t, 0.25, 0.0), red(&t, 0.5, 0.0)), (0.0, 100.0, 0.0));
+        // A footprint of half the surface's square is twice the image.
+        assert!((t.lookup(Vec2::ZERO, 0.5).x * 255.0 - 50.0).abs() < 1e-3);
     }
 
     #[test]

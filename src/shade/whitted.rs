@@ -54,6 +54,10 @@ impl<'a> Worker<'a> {
         let color = match surface {
             Surface::Phong(phong) => return self.phong(phong, it, bounce),
             Surface::User(user) => return self.user(user, it, bounce),
+            Surface::MetallicRoughness(m) => return self.metallic_roughness(m, it, bounce),
+            Surface::Constant { .. } => {
+                return self.glow(surface, it).extend(surface.coverage(it, &self.scene.textures));
+            }
             Surface::Mirror { color, texture } => {
                 let tint = *color * self.base(*texture, it);
                 let direction = above(reflect(point.incoming, point.normal), point.geometric_normal);
@@ -79,7 +83,7 @@ impl<'a> Worker<'a> {
     pub(crate) fn glow(&self, surface: &Surface, it: &Interaction) -> Vec3 {
         let point = &it.point;
         match surface {
-            Surface::Constant { color, texture } => *color * self.base(*texture, it),
+            Surface::Constant { color, texture, .. } => *color * self.base(*texture, it),
             Surface::EyeLight { color, texture } => {
                 *color * self.base(*texture, it) * -point.normal.dot(point.incoming)
             }
@@ -137,19 +141,23 @@ impl<'a> Worker<'a> {
     /// Diffuse light and highlights of the lights, or of the lamp at the eye in a frame without lights.
     #[inline]
     pub(crate) fn lit(&mut self, phong: &Phong, base: Vec3, it: &Interaction, effort: Effort) -> Vec3 {
-        let reflected = |direction: Vec3, radiance: Vec3| phong.reflected(base, &it.point, direction, radiance);
+        let mut sum = Vec3::ZERO;
+        self.each_light(it, effort, |direction, radiance| {
+            sum += phong.reflected(base, &it.point, direction, radiance);
+        });
+        sum
+    }
+
+    /// Calls `each(direction, radiance)` for all light that arrives from the lights, or from the lamp at the eye in a
+    /// frame without lights; see [`Worker::direct`].
+    #[inline]
+    pub(crate) fn each_light(&mut self, it: &Interaction, effort: Effort, mut each: impl FnMut(Vec3, Vec3)) {
         let shadows = match self.integrator {
-            Integrator::Whitted { shadows, .. } => {
-                if self.scene.headlight {
-                    return reflected(-it.point.incoming, Vec3::ONE);
-                }
-                shadows
-            }
+            Integrator::Whitted { .. } if self.scene.headlight => return each(-it.point.incoming, Vec3::ONE),
+            Integrator::Whitted { shadows, .. } => shadows,
             _ => true,
         };
-        let mut sum = Vec3::ZERO;
-        self.direct(it, shadows, effort, |direction, radiance| sum += reflected(direction, radiance));
-        sum
+        self.direct(it, shadows, effort, each);
     }
 
     fn glass(&mut self, color: Vec3, ior: f32, it: &Interaction, bounce: Bounce) -> Vec3 {
@@ -196,9 +204,8 @@ impl<'a> Worker<'a> {
     pub(crate) fn metal_highlight(&mut self, k: f32, it: &Interaction, effort: Effort) -> Vec3 {
         let point = &it.point;
         let mirrored = above(reflect(point.incoming, point.normal), point.geometric_normal);
-        let shadows = !matches!(self.integrator, Integrator::Whitted { shadows: false, .. });
         let mut sum = Vec3::ZERO;
-        self.direct(it, shadows, effort, |direction, radiance| {
+        self.each_light(it, effort, |direction, radiance| {
             sum += radiance * (0.5 * (k + 1.0) * direction.dot(mirrored).max(0.0).powf(k));
         });
         sum
