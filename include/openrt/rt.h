@@ -593,6 +593,8 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_TEXTURE_HEIGHT 0x1001
 /** Texture parameter: RT_LINEAR_COLOR or RT_SRGB. */
 #define RT_TEXTURE_COLOR_SPACE 0x6040
+/** Texture parameter, for rtTexParameterfv(): where the image lies on surfaces. */
+#define RT_TEXTURE_MATRIX 0x0BA8
 /** Texture colour space: stored values are used as they are. */
 #define RT_LINEAR_COLOR 0x6041
 /** Texture colour space: stored values are on the sRGB curve. */
@@ -1811,16 +1813,23 @@ RTAPI void rtClearColor(RTfloat red, RTfloat green, RTfloat blue, RTfloat alpha)
  * t: captured per triangle. v: captured per vertex and interpolated. The others hold for a whole shader.
  *
  * Surfaces, for rtBindShader()
- *   constant          color 3f 1 1 1; texture texture none
+ *   constant          color 3f 1 1 1; texture texture none; opacity 1f 1; alpha_texture texture none;
+ *                     alpha_threshold 1f 0; alpha_blend 1i 0
  *   diffuse           color 3f 0.8 0.8 0.8; ambient 3f 0.2 0.2 0.2; texture texture none
  *   phong             ambient 3f 0.2 0.2 0.2; diffuse 3f 0.8 0.8 0.8; specular 3f 0 0 0; shininess 1f 32;
  *                     reflection 3f 0 0 0; transmission 3f 0 0 0; ior 1f 1; emission 3f 0 0 0; opacity 1f 1;
- *                     texture texture none; alpha_texture texture none; alpha_threshold 1f 0
+ *                     texture texture none; alpha_texture texture none; alpha_threshold 1f 0; alpha_blend 1i 0
  *   cutout            color 3f 0.8 0.8 0.8; ambient 3f 0.2 0.2 0.2; texture texture none; alpha_texture texture none;
  *                     alpha_threshold 1f 0.5
  *   mirror            color 3f 1 1 1; texture texture none
  *   glass             color 3f 1 1 1; ior 1f 1.5
  *   metal             color 3f 0.9 0.9 0.9; roughness 1f 0; texture texture none
+ *   metallic_roughnesscolor 3f 0.8 0.8 0.8; ambient 3f 0.2 0.2 0.2; metallic 1f 0; roughness 1f 0.5;
+ *                     specular 3f 0.04 0.04 0.04; emission 3f 0 0 0; transmission 1f 0; ior 1f 1;
+ *                     texture texture none; metallic_roughness_texture texture none; normal_texture texture none;
+ *                     normal_scale 2f 1 1; occlusion_texture texture none; occlusion_strength 1f 1;
+ *                     emission_texture texture none; opacity 1f 1; alpha_texture texture none; alpha_threshold 1f 0;
+ *                     alpha_blend 1i 0
  *   eyelight          color 3f 0.8 0.8 0.8; texture texture none
  *   normals
  *   wireframe         color 3f 0 0 0; background 3f 1 1 1; thickness 1f 1.5
@@ -2161,6 +2170,16 @@ RTAPI void rtTexImage2D(RTenum target, RTint level, RTint internalFormat, RTsize
  */
 RTAPI void rtTexParameteri(RTenum target, RTenum pname, RTint param);
 
+/**
+ * Sets the parameter RT_TEXTURE_MATRIX of the bound texture: 16 numbers, column by column, that take the texture
+ * coordinates s and t of surfaces (with 0 and 1 as third and fourth) to those at which the image is looked up; only s and t
+ * of the result count. The identity is the default. Other parameters as for rtTexParameterf().
+ *
+ * Errors: RT_INVALID_ENUM for another target, parameter or value; RT_INVALID_VALUE when params is NULL;
+ * RT_INVALID_OPERATION when no texture is bound, or between rtBegin() and rtEnd(); RT_OUT_OF_MEMORY.
+ */
+RTAPI void rtTexParameterfv(RTenum target, RTenum pname, const RTfloat *params);
+
 /** See rtTexParameteri(); the value is rounded. */
 RTAPI void rtTexParameterf(RTenum target, RTenum pname, RTfloat param);
 
@@ -2173,7 +2192,7 @@ RTAPI void rtTexParameterf(RTenum target, RTenum pname, RTfloat param);
  */
 RTAPI void rtGetTexParameteriv(RTenum target, RTenum pname, RTint *params);
 
-/** See rtGetTexParameteriv(). */
+/** See rtGetTexParameteriv(). RT_TEXTURE_MATRIX is 16 numbers, column by column. */
 RTAPI void rtGetTexParameterfv(RTenum target, RTenum pname, RTfloat *params);
 
 /**

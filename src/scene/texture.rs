@@ -2,7 +2,7 @@
 
 use glam::Affine2;
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
     #[default]
     Repeat,
@@ -10,7 +10,7 @@ pub enum Wrap {
     MirroredRepeat,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Filter {
     Nearest,
     /// Bilinear on the base level.

@@ -119,9 +119,7 @@ impl Surface {
         let texture = || textures.id(values.texture("texture"));
         let color = || values.vec3("color");
         Some(match class {
-            "constant" => {
-                Surface::Constant { color: color(), texture: texture(), alpha: Alpha::new(values, textures) }
-            }
+            "constant" => Surface::Constant { color: color(), texture: texture(), alpha: Alpha::new(values, textures) },
             "diffuse" => {
                 let matte = Phong::matte(color());
                 Surface::Phong(Phong { ambient: values.vec3("ambient") * color(), texture: texture(), ..matte })

@@ -204,8 +204,9 @@ impl<'a> Worker<'a> {
     pub(crate) fn metal_highlight(&mut self, k: f32, it: &Interaction, effort: Effort) -> Vec3 {
         let point = &it.point;
         let mirrored = above(reflect(point.incoming, point.normal), point.geometric_normal);
+        let shadows = !matches!(self.integrator, Integrator::Whitted { shadows: false, .. });
         let mut sum = Vec3::ZERO;
-        self.each_light(it, effort, |direction, radiance| {
+        self.direct(it, shadows, effort, |direction, radiance| {
             sum += radiance * (0.5 * (k + 1.0) * direction.dot(mirrored).max(0.0).powf(k));
         });
         sum

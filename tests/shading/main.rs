@@ -5,6 +5,7 @@ mod estimators;
 mod frames;
 mod kit;
 mod lights;
+mod metals;
 mod optics;
 mod programs;
 mod spawn;

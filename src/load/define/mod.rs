@@ -1,8 +1,8 @@
 //! A scene file in a context: what persists is defined once, what belongs to a frame is placed for each time.
 //!
-//! Everything goes through [`Context`], as any application would do it: materials become shaders of the class `phong`,
-//! images textures, every object is compiled once, and each frame instantiates the visible ones with their matrices of that
-//! time. The state of the context (matrix, what is bound, current colour and normal) is as before after each call.
+//! Everything goes through [`Context`], as any application would do it: materials become shaders (of the class `phong`, or
+//! `metallic_roughness` for glTF), images textures, every object is compiled once, and each frame instantiates the visible
+//! ones with their matrices of that time. The state of the context (matrix, what is bound, current colour and normal) is as before after each call.
 
 mod kept;
 mod objects;
@@ -112,7 +112,7 @@ impl LoadedScene {
         let file = &mut self.file;
         for source in &file.textures {
             self.textures.push(match textures::decode(source) {
-                Ok(image) => textures::texture(context, source, &image, file.srgb)?,
+                Ok(image) => textures::texture(context, source, &image)?,
                 Err(text) => {
                     file.warnings.push(format!("texture `{}`: {text}", source.name));
                     0

@@ -1,7 +1,7 @@
 //! Images of a scene as textures.
 
 use crate::api::{
-    Component, Context, Error, ImageDesc, ImageFormat, MAX_TEXTURE_SIZE, Name, TextureFormat, TextureParameter, Wrap,
+    Component, Context, Error, Filter, ImageDesc, ImageFormat, MAX_TEXTURE_SIZE, Name, TextureFormat, TextureParameter,
 };
 use crate::load::input::files;
 use crate::load::{TextureData, TextureSource, quiet};
@@ -18,7 +18,7 @@ pub fn decode(source: &TextureSource) -> Result<image::RgbaImage, String> {
 
 fn decode_image(source: &TextureSource) -> Result<image::RgbaImage, String> {
     let read;
-    let bytes = match &source.data {
+    let bytes: &[u8] = match &source.data {
         TextureData::Bytes(bytes) => bytes,
         TextureData::File(path) => {
             read = files::read(path, files::MAX_FILE_BYTES).map_err(|e| e.message)?;
@@ -39,20 +39,18 @@ fn decode_image(source: &TextureSource) -> Result<image::RgbaImage, String> {
 }
 
 /// A new texture object.
-pub fn texture(
-    context: &mut Context,
-    source: &TextureSource,
-    image: &image::RgbaImage,
-    srgb: bool,
-) -> Result<Name, Error> {
+pub fn texture(context: &mut Context, source: &TextureSource, image: &image::RgbaImage) -> Result<Name, Error> {
     let name = context.gen_textures(1)?;
     context.bind_texture(name)?;
-    if srgb {
-        context.tex_parameter(TextureParameter::Format(TextureFormat::Srgb))?;
+    let format = if source.srgb { TextureFormat::Srgb } else { TextureFormat::Linear };
+    context.tex_parameter(TextureParameter::Format(format))?;
+    context.tex_parameter(TextureParameter::WrapS(source.wrap[0]))?;
+    context.tex_parameter(TextureParameter::WrapT(source.wrap[1]))?;
+    if source.filter == Filter::Nearest {
+        context.tex_parameter(TextureParameter::MagFilter(Filter::Nearest))?;
     }
-    let wrap = |clamp| if clamp { Wrap::ClampToEdge } else { Wrap::Repeat };
-    context.tex_parameter(TextureParameter::WrapS(wrap(source.clamp_s)))?;
-    context.tex_parameter(TextureParameter::WrapT(wrap(source.clamp_t)))?;
+    context.tex_parameter(TextureParameter::MinFilter(source.filter))?;
+    context.tex_parameter(TextureParameter::Transform(source.transform))?;
     let description = ImageDesc {
         width: image.width(),
         height: image.height(),

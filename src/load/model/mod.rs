@@ -16,7 +16,7 @@ mod track;
 mod view;
 
 pub use animation::{KeyedTransform, VisibilityKey};
-pub use material::{Material, TextureData, TextureSource};
+pub use material::{Material, MetallicRoughness, TextureData, TextureSource};
 pub use mesh::{Deform, Deformed, KeyedTriangle, Mesh, MorphTarget, Object, Skin, TriangleKey};
 pub use pose::{Local, Node, Pose};
 pub use spline::{PositionKey, PositionSpline, RotationKey, RotationSpline, Tcb};
@@ -40,6 +40,15 @@ impl Animation {
         let intervals = self.frames.saturating_sub(1).max(1);
         self.start + (self.end - self.start) * f64::from(frame) / f64::from(intervals)
     }
+}
+
+/// Key frames that are played together: what a file calls an animation, or several that do not meet.
+#[derive(Clone, Debug)]
+pub struct Clip {
+    pub name: String,
+    pub animation: Animation,
+    /// What moves: indices into `SceneFile::nodes`, each once, with their channels.
+    pub channels: Vec<(u32, TrsChannels)>,
 }
 
 /// What rays see that leave the scene.
@@ -95,6 +104,8 @@ pub struct SceneFile {
     /// Multiplies the ambient colour of every material.
     pub ambient: Vec3,
     pub animation: Option<Animation>,
+    /// What can be played by [`SceneFile::play_clip`]; empty for formats with one animation.
+    pub clips: Vec<Clip>,
     /// Names of moving transforms, each once.
     pub named_transforms: Vec<String>,
     /// Colours and textures are meant for a display with the sRGB curve.
@@ -120,6 +131,7 @@ impl SceneFile {
             background: Background::Sky,
             ambient: Vec3::ONE,
             animation: None,
+            clips: Vec::new(),
             named_transforms: Vec::new(),
             srgb: false,
             counts: Counts::default(),
@@ -131,6 +143,28 @@ impl SceneFile {
     /// Placement of every node at `time`.
     pub fn pose(&self, time: f64) -> Vec<Pose> {
         pose::pose(&self.nodes, time)
+    }
+
+    /// Makes `clips[index]` the one that is played; all others rest. An index that is out of range changes nothing. To be called
+    /// before the scene is defined in a context.
+    pub fn play_clip(&mut self, index: usize) {
+        if index >= self.clips.len() {
+            return;
+        }
+        for clip in &self.clips {
+            for (node, channels) in &clip.channels {
+                if let Local::Channels(current) = &mut self.nodes[*node as usize].local {
+                    **current = channels.at_rest();
+                }
+            }
+        }
+        let clip = &self.clips[index];
+        for (node, channels) in &clip.channels {
+            if let Local::Channels(current) = &mut self.nodes[*node as usize].local {
+                **current = channels.clone();
+            }
+        }
+        self.animation = Some(clip.animation);
     }
 
     /// For each node, whether it or one above it can move.

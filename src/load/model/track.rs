@@ -95,6 +95,20 @@ pub struct TrsChannels {
 }
 
 impl TrsChannels {
+    /// The same node without its channels.
+    pub fn at_rest(&self) -> Self {
+        let Self { rest_translation, rest_rotation, rest_scale, .. } = *self;
+        Self {
+            rest_translation,
+            rest_rotation,
+            rest_scale,
+            translation: None,
+            rotation: None,
+            scale: None,
+            weights: None,
+        }
+    }
+
     pub fn at(&self, time: f64) -> DAffine3 {
         DAffine3::from_scale_rotation_translation(
             self.scale.as_ref().map_or(self.rest_scale, |t| t.vec3(time)),

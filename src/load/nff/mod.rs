@@ -292,8 +292,10 @@ impl Aff {
                             name: name.to_string(),
                             data: TextureData::File(path),
                             first_row_at_zero: true,
-                            clamp_s: false,
-                            clamp_t: false,
+                            wrap: Default::default(),
+                            filter: Default::default(),
+                            srgb: false,
+                            transform: glam::Affine2::IDENTITY,
                         });
                         Some(self.scene.textures.len() as u32 - 1)
                     }
@@ -497,7 +499,6 @@ fn fill(ambient: Vec3, diffuse: Vec3, specular: Vec3, shine: f32, t: f32, ior: f
         reflection: specular,
         transmission: t.clamp(0.0, 1.0),
         ior: if ior > 0.0 { ior } else { 1.0 },
-        texture: None,
-        alpha_cutoff: None,
+        ..Material::default()
     }
 }

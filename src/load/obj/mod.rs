@@ -15,6 +15,7 @@ mod map;
 mod mtl;
 mod tables;
 
+use crate::api::Wrap;
 use crate::load::LoadError;
 use crate::load::input::files::{self, Tree};
 use crate::load::input::lines;
@@ -202,8 +203,10 @@ fn texture(
                     name: map.file.clone(),
                     data: TextureData::File(file),
                     first_row_at_zero: false,
-                    clamp_s: map.clamp,
-                    clamp_t: map.clamp,
+                    wrap: [if map.clamp { Wrap::ClampToEdge } else { Wrap::Repeat }; 2],
+                    filter: Default::default(),
+                    srgb: false,
+                    transform: glam::Affine2::IDENTITY,
                 });
                 Some(scene.textures.len() as u32 - 1)
             }

@@ -174,8 +174,7 @@ impl Raw {
             reflection: if matches!(model, 3..=9) { specular } else { Vec3::ZERO },
             transmission: 1.0 - opacity,
             ior: if refracts { self.ior.unwrap_or(1.0).clamp(0.1, 10.0) } else { 1.0 },
-            texture: None,
-            alpha_cutoff: None,
+            ..Material::default()
         };
         Entry { name: self.name, material, texture: self.texture }
     }

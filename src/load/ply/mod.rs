@@ -131,8 +131,10 @@ fn textures(path: &Path, header: &Header, report: &mut Report, scene: &mut Scene
                     name: name.clone(),
                     data: TextureData::File(file),
                     first_row_at_zero: false,
-                    clamp_s: false,
-                    clamp_t: false,
+                    wrap: Default::default(),
+                    filter: Default::default(),
+                    srgb: false,
+                    transform: glam::Affine2::IDENTITY,
                 });
                 Some(scene.textures.len() as u32 - 1)
             }

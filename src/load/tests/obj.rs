@@ -1,6 +1,7 @@
 //! OBJ and MTL.
 
 use super::kit::{Folder, data, load, read_text, warned};
+use crate::api::Wrap;
 use crate::load::{Mesh, SceneFile};
 use glam::{Vec2, Vec3};
 
@@ -317,7 +318,8 @@ fn textures_lie_as_their_options_say() {
     let text = format!("mtllib a.mtl\n{QUAD}vt 1 1\nusemtl m\nf 1/1 2/1 3/1\nusemtl n\nf 1/1 3/1 4/1\n");
     let scene = load(&folder.write("a.obj", text), 0.0).unwrap();
     assert_eq!(scene.warnings, [""; 0]);
-    assert_eq!((scene.textures.len(), scene.textures[0].clamp_s, scene.textures[1].clamp_s), (2, true, false));
+    let clamped = |t: usize| scene.textures[t].wrap == [Wrap::ClampToEdge; 2];
+    assert_eq!((scene.textures.len(), clamped(0), clamped(1)), (2, true, false));
     assert_eq!(used(&scene).diffuse, Vec3::ONE, "black next to a texture is not meant");
     let m = mesh(&scene);
     assert!(m.tex_coords[..3].iter().all(|t| *t == Vec2::new(2.5, 3.0)), "{:?}", m.tex_coords);

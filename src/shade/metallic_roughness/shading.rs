@@ -16,6 +16,8 @@ use glam::{Vec2, Vec3, Vec4};
 
 /// Directions of the lobe over which the environment is averaged.
 const LOOKS: u32 = 8;
+/// How much wider highlights of the lamp at the eye are: it stands for no light of the scene, and must not dazzle.
+const HEADLIGHT: f32 = 0.7;
 /// Smoother surfaces are perfect mirrors.
 const MIRROR: f32 = 1e-4;
 
@@ -29,13 +31,13 @@ impl Mixture {
         1.5 * self.alpha()
     }
 
-    /// Light of `radiance` from `direction`, reflected to the viewer.
+    /// Light of `radiance` from `direction`, reflected to the viewer; `alpha` is that of the highlight.
     #[inline]
-    fn reflected(&self, it: &Interaction, direction: Vec3, radiance: Vec3) -> Vec3 {
+    fn reflected(&self, it: &Interaction, alpha: f32, direction: Vec3, radiance: Vec3) -> Vec3 {
         let (normal, view) = (it.point.normal, -it.point.incoming);
         let half = (view + direction).normalize_or(normal);
         let scattered = self.diffuse * (Vec3::ONE - ggx::fresnel(self.f0, view.dot(half)));
-        let highlight = ggx::reflected(normal, view, direction, self.alpha(), self.f0);
+        let highlight = ggx::reflected(normal, view, direction, alpha, self.f0);
         (scattered * direction.dot(normal).max(0.0) + highlight) * radiance
     }
 
@@ -56,8 +58,9 @@ impl<'a> Worker<'a> {
         let mixture = m.mixture(it, &scene.textures);
         let bounce = Bounce { weight: bounce.weight * alpha, ..bounce };
         let mut color = m.emitted(it, &scene.textures) + mixture.ambient * scene.ambient;
+        let alpha_lit = if scene.headlight { (mixture.alpha() + HEADLIGHT).min(1.0) } else { mixture.alpha() };
         self.each_light(it, Effort::Full, |direction, radiance| {
-            color += mixture.reflected(it, direction, radiance);
+            color += mixture.reflected(it, alpha_lit, direction, radiance);
         });
         let mut reflectance = mixture.reflectance(it);
         if mixture.transmission != Vec3::ZERO {
@@ -116,7 +119,10 @@ impl<'a> Worker<'a> {
         let it = &m.bumped(it, &self.scene.textures);
         let mixture = m.mixture(it, &self.scene.textures);
         let mut sum = Vec3::ZERO;
-        self.each_light(it, Effort::Single, |direction, radiance| sum += mixture.reflected(it, direction, radiance));
+        let alpha = mixture.alpha();
+        self.each_light(it, Effort::Single, |direction, radiance| {
+            sum += mixture.reflected(it, alpha, direction, radiance);
+        });
         sum
     }
 
