@@ -200,6 +200,11 @@ fn shader_table() -> String {
         for class in openrt::shade::builtin_classes().iter().filter(|c| c.kind == kind) {
             let params: Vec<String> = class.params.iter().map(described).collect();
             let mut line = format!(" *   {:<18}", class.name);
+            // A name as wide as its column has a line of its own.
+            if class.name.len() >= 18 {
+                writeln!(out, "{line}").expect("writing to a string");
+                line = format!(" *   {:<18}", "");
+            }
             for param in &params {
                 if line.len() + param.len() > 118 {
                     writeln!(out, "{}", line.trim_end()).expect("writing to a string");

@@ -1824,7 +1824,8 @@ RTAPI void rtClearColor(RTfloat red, RTfloat green, RTfloat blue, RTfloat alpha)
  *   mirror            color 3f 1 1 1; texture texture none
  *   glass             color 3f 1 1 1; ior 1f 1.5
  *   metal             color 3f 0.9 0.9 0.9; roughness 1f 0; texture texture none
- *   metallic_roughnesscolor 3f 0.8 0.8 0.8; ambient 3f 0.2 0.2 0.2; metallic 1f 0; roughness 1f 0.5;
+ *   metallic_roughness
+ *                     color 3f 0.8 0.8 0.8; ambient 3f 0.2 0.2 0.2; metallic 1f 0; roughness 1f 0.5;
  *                     specular 3f 0.04 0.04 0.04; emission 3f 0 0 0; transmission 1f 0; ior 1f 1;
  *                     texture texture none; metallic_roughness_texture texture none; normal_texture texture none;
  *                     normal_scale 2f 1 1; occlusion_texture texture none; occlusion_strength 1f 1;
