@@ -1,7 +1,7 @@
 //! glTF files in a few words.
 
 use crate::api::{Context, PixelFormat, PixelKind};
-use crate::load::{LoadError, LoadedScene, Parts, SceneFile, read};
+use crate::load::{LoadError, LoadedScene, Parts, SceneFile, gltf};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
@@ -147,7 +147,8 @@ pub fn load(name: &str, bytes: &[u8]) -> Result<SceneFile, LoadError> {
     fs::create_dir_all(&folder).expect("the temporary folder can be written");
     let path = folder.join(name);
     fs::write(&path, bytes).expect("the temporary folder can be written");
-    let scene = read(&path);
+    // Not through `read`, which makes panics errors.
+    let scene = gltf::load(&path);
     let _ = fs::remove_dir_all(&folder);
     scene
 }
