@@ -10,7 +10,7 @@ use std::ffi::CStr;
 pub(super) const READERS: bool = false;
 
 #[derive(Default)]
-pub(super) struct LoadedScenes;
+pub(super) struct LoadedScenes {}
 
 /// There is none.
 pub(super) enum Entry {}
