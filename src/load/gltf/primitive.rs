@@ -127,7 +127,7 @@ impl<'d> Source<'d> {
         };
         let triangle = |k: usize| match mode {
             4 => [3 * k, 3 * k + 1, 3 * k + 2],
-            5 if k % 2 == 0 => [k, k + 1, k + 2],
+            5 if k.is_multiple_of(2) => [k, k + 1, k + 2],
             5 => [k, k + 2, k + 1],
             _ => [k + 1, k + 2, 0],
         };

@@ -1,5 +1,6 @@
 //! Grammar, faults and hostile files: glTF, and what is the same for all formats.
 
+#[allow(clippy::duplicate_mod, reason = "shared with the tests outside")]
 #[path = "../../../tests/common/skip.rs"]
 mod skip;
 
