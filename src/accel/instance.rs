@@ -42,7 +42,7 @@ const OUTLIER: f64 = 4096.0;
 pub struct InstanceRecord {
     /// Number within the frame.
     pub instance: u32,
-    /// Index into [`super::TwoLevel::objects`].
+    /// Index into [`super::WorldView::objects`].
     pub slot: u32,
     pub object: Name,
     pub world_from_object: Affine3A,
@@ -58,7 +58,7 @@ pub enum Space {
     Object { object_from_world: Affine3A },
     /// In world space: the vertices have been transformed, by [`to_world`].
     World,
-    /// In the merged tree ([`super::TwoLevel::merged`]). The record that stands for that tree itself comes last; its number is
+    /// In the merged tree ([`super::WorldView::merged`]). The record that stands for that tree itself comes last; its number is
     /// `u32::MAX`, and it has no object.
     Merged,
 }

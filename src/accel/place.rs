@@ -38,9 +38,9 @@ pub(super) struct Placed {
     pub outliers: Vec<u32>,
     /// Indices of records with a box.
     pub boxed: Vec<u32>,
-    /// See [`super::TwoLevel::origin_error`].
+    /// See [`super::WorldView::origin_error`].
     pub origin_error: Mat3,
-    /// See [`super::TwoLevel::some_untransformed`].
+    /// See [`super::WorldView::some_untransformed`].
     pub some_untransformed: bool,
     /// Of all records.
     pub triangles: u64,

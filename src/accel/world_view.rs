@@ -17,7 +17,7 @@ use glam::Mat3;
 use std::collections::TryReserveError;
 use std::sync::Arc;
 
-/// The structure over the instances that have a box; its references are indices of [`TwoLevel::instances`].
+/// The structure over the instances that have a box; its references are indices of [`WorldView::instances`].
 #[derive(Debug)]
 pub enum TopLevel {
     Bsp(TopLevelBsp),
@@ -95,14 +95,14 @@ impl WorldView {
         &self.placed.records
     }
 
-    /// Where each of [`TwoLevel::instances`] can be hit by a ray from near the origin (see `accel/instance`); infinite for an
+    /// Where each of [`WorldView::instances`] can be hit by a ray from near the origin (see `accel/instance`); infinite for an
     /// outlier, empty for an instance in the merged tree.
     #[inline(always)]
     pub fn boxes(&self) -> &[Aabb] {
         &self.placed.boxes
     }
 
-    /// Over the instances that have a box; its references are indices of [`TwoLevel::instances`].
+    /// Over the instances that have a box; its references are indices of [`WorldView::instances`].
     #[inline(always)]
     pub fn top_level(&self) -> &TopLevel {
         &self.top_level

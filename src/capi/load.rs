@@ -77,12 +77,12 @@ fn outside_object(cx: &Context) -> Result<()> {
 /// The current matrix, what is bound, and the current colour, normal and texture coordinate stay as they are.
 /// Colours of glTF files are meant for frame buffers with RT_FRAMEBUFFER_SRGB.
 ///
-///     scene = rtLoadScene("museum.aff", RT_NONE);
-///     rtGetLoadedScenedv(scene, RT_SCENE_TIMES, times);
-///     for (i = 0; i < 100; i++) {
-///         rtInstantiateLoadedScene(scene, times[0] + (times[1] - times[0]) * i / 99, RT_SCENE_ALL_BITS);
-///         rtRender();
-///     }
+///   scene = rtLoadScene("museum.aff", RT_NONE);
+///   rtGetLoadedScenedv(scene, RT_SCENE_TIMES, times);   (the first and the last)
+///   for (i = 0; i < 100; i++) {
+///       rtInstantiateLoadedScene(scene, first + (last - first) * i / 99, RT_SCENE_ALL_BITS);
+///       rtRender();
+///   }
 ///
 /// Errors: RT_IO_ERROR when the file, or one that it cannot be without, cannot be read or is damaged;
 /// RT_INVALID_VALUE when file is NULL or other bits are set; RT_INVALID_OPERATION when the library was built

@@ -54,7 +54,7 @@ pub struct PreparedRay {
     pub axis: [usize; 3],
     /// `dir[axis[0]] / dir[axis[2]]`, `dir[axis[1]] / dir[axis[2]]`, `1 / dir[axis[2]]`.
     pub shear: Vec3,
-    /// At the distance `tmin`, hits count from this number on (see [`Hit::order`]); 0 for all.
+    /// At the distance `tmin`, hits count from this number on (instance and primitive in one); 0 for all.
     pub from: u64,
 }
 

@@ -114,7 +114,7 @@ pub struct PositionSpline {
 }
 
 impl PositionSpline {
-    /// At least [`MIN_KEYS`] keys are expected; with fewer the curve rests at its first inner key.
+    /// At least `MIN_KEYS` keys are expected; with fewer the curve rests at its first inner key.
     pub fn new(keys: &[PositionKey]) -> Self {
         let keys = reachable(keys);
         let segments = keys
@@ -162,7 +162,7 @@ pub struct RotationSpline {
 }
 
 impl RotationSpline {
-    /// At least [`MIN_KEYS`] keys are expected; with fewer the curve rests at its first inner key.
+    /// At least `MIN_KEYS` keys are expected; with fewer the curve rests at its first inner key.
     pub fn new(keys: &[RotationKey]) -> Self {
         let keys = reachable(keys);
         let rotations = short_arcs(&keys);
