@@ -33,6 +33,11 @@ fn every_call_obeys_the_error_rules() {
 }
 
 #[test]
+fn texts_live_on_and_say_what_was_wrong() {
+    passes("texts", Link::Static, no_arguments);
+}
+
+#[test]
 fn contexts_and_threads() {
     passes("threads", Link::Static, no_arguments);
 }

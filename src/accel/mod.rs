@@ -12,6 +12,7 @@ mod build_sah;
 mod build_spatial;
 mod bvh;
 mod by_rays;
+mod degenerate;
 mod grid;
 mod instance;
 mod key_trees;

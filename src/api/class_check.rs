@@ -23,10 +23,13 @@ pub(super) fn check_class(class: &ShaderClass) -> Result<()> {
             | (Program::Environment(_), ShaderKind::Environment)
     );
     if !matches {
-        return refuse("the kind is not that of the program");
+        return refuse(&format!("its program is not that of a {:?} shader", class.kind));
     }
     if class.params.len() > MAX_PARAMS || class.block_size > MAX_BLOCK_SIZE {
-        return refuse("too many parameters, or too large a parameter block");
+        let (params, bytes) = (class.params.len(), class.block_size);
+        return refuse(&format!(
+            "{params} parameters in a block of {bytes} bytes; there may be {MAX_PARAMS} in {MAX_BLOCK_SIZE} bytes"
+        ));
     }
     let mut names = HashSet::new();
     for param in &class.params {

@@ -342,6 +342,8 @@ pub const RT_LIGHTS: RTenum = 0x60A6;
 pub const RT_INSTANCE_COUNT: RTenum = 0x60A7;
 /// State: the clear colour.
 pub const RT_COLOR_CLEAR_VALUE: RTenum = 0x0C22;
+/// See rtAmbientLight(): 3 numbers.
+pub const RT_AMBIENT_LIGHT: RTenum = 0x0B53;
 /// State: the viewport.
 pub const RT_VIEWPORT: RTenum = 0x0BA2;
 /// State: width and height of the frame buffer; 0 before there is one.

@@ -79,9 +79,9 @@ pub extern "C" fn rtGetError() -> RTenum {
     guard_thread(guard::take_error)
 }
 
-/// A text for people. If error is what rtGetError() returned last on this thread, the text says what exactly
-/// was wrong; otherwise it names the error. It never returns NULL. The text belongs to the library and is valid
-/// until the next rtGetError() on this thread.
+/// A text for people. If error is what rtGetError() returned last on this thread, the text says what exactly was
+/// wrong, as "rtInstantiateObject: there is no object 77"; otherwise, and after a megabyte of different texts, it
+/// names the error. It never returns NULL. The text belongs to the library and is valid until the process ends.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtGetErrorString(error: RTenum) -> *const c_char {
     guard_thread(|| Ok(guard::error_text(error)))

@@ -25,7 +25,7 @@ pub(super) fn hit_of(hit: Hit) -> RThit {
 
 pub(super) fn is_coherent(flags: RTbitfield) -> Result<bool> {
     if flags & !RT_COHERENT != 0 {
-        return Err(Error::invalid_value(format!("flags {flags:#x} are neither 0 nor RT_COHERENT")));
+        return Err(Error::invalid_value(format_args!("flags {flags:#x} are neither 0 nor RT_COHERENT")));
     }
     Ok(flags & RT_COHERENT != 0)
 }
@@ -37,7 +37,7 @@ pub(super) fn is_coherent(flags: RTbitfield) -> Result<bool> {
 #[inline]
 pub(super) unsafe fn rays_at<'a>(p: *const RTray, n: RTsizei) -> Result<&'a [Ray]> {
     // SAFETY: the caller's promise; the layouts agree, see the top.
-    unsafe { slice(p.cast::<Ray>(), n) }
+    unsafe { slice("rays", p.cast::<Ray>(), n) }
 }
 
 /// The places for `n` hits at `p`.
@@ -47,7 +47,7 @@ pub(super) unsafe fn rays_at<'a>(p: *const RTray, n: RTsizei) -> Result<&'a [Ray
 #[inline]
 pub(super) unsafe fn hits_at<'a>(p: *mut RThit, n: RTsizei) -> Result<&'a mut [Hit]> {
     // SAFETY: the caller's promise; the layouts agree, see the top, and any bits are a hit.
-    unsafe { slice_mut(p.cast::<Hit>(), n) }
+    unsafe { slice_mut("hits", p.cast::<Hit>(), n) }
 }
 
 /// The places for `n` truths at `p`.
@@ -58,8 +58,8 @@ pub(super) unsafe fn hits_at<'a>(p: *mut RThit, n: RTsizei) -> Result<&'a mut [H
 pub(super) unsafe fn truths_at<'a>(p: *mut RTubyte, n: RTsizei) -> Result<&'a mut [bool]> {
     // SAFETY: the caller's promise. What is there may be no truth value, so it is written first.
     unsafe {
-        slice_mut(p, n)?.fill(RT_FALSE);
-        slice_mut(p.cast::<bool>(), n)
+        slice_mut("occluded", p, n)?.fill(RT_FALSE);
+        slice_mut("occluded", p.cast::<bool>(), n)
     }
 }
 
@@ -72,7 +72,7 @@ pub(super) unsafe fn truths_at<'a>(p: *mut RTubyte, n: RTsizei) -> Result<&'a mu
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtPick(x: RTfloat, y: RTfloat, hit: *mut RThit) -> RTboolean {
     // SAFETY: `hit` is NULL or a place for a hit, says the manual.
-    let out = unsafe { Out::new(hit) };
+    let out = unsafe { Out::new("hit", hit) };
     guard(|cx| {
         cx.is_object(0)?;
         let out = out.check()?;

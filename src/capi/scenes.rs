@@ -183,7 +183,7 @@ impl<'a> Question<'a> {
         is_coherent(flags)?;
         let mask = if mask == 0 { Mask::QUERY } else { Mask(mask) };
         // SAFETY: not NULL, so n masks by contract.
-        let masks = if masks.is_null() { None } else { Some(unsafe { slice(masks, n)? }) };
+        let masks = if masks.is_null() { None } else { Some(unsafe { slice("masks", masks, n)? }) };
         let filter = filter.map(|function| Filter { function, user_data: userData });
         Ok(Self { mask, masks, filter })
     }
@@ -290,7 +290,8 @@ pub unsafe extern "C" fn rtSceneSurfaces(
 ) {
     let question = |queries: &Queries<'_>| {
         // SAFETY: as the manual says, each is NULL or points to n of what its type tells.
-        let (rays, hits, to) = unsafe { (rays_at(rays, n)?, slice(hits.cast::<Hit>(), n)?, slice_mut(surfaces, n)?) };
+        let (rays, hits, to) =
+            unsafe { (rays_at(rays, n)?, slice("hits", hits.cast::<Hit>(), n)?, slice_mut("surfaces", surfaces, n)?) };
         for (i, ((ray, hit), to)) in rays.iter().zip(hits).zip(to).enumerate() {
             if hit.is_miss() {
                 *to = RTsurface::default();
@@ -334,7 +335,7 @@ pub unsafe extern "C" fn rtSceneClosestPoint(
     closest: *mut RTclosestPoint,
 ) -> RTboolean {
     // SAFETY: `closest` is NULL or a place for an answer, says the manual.
-    let out = unsafe { Out::new(closest) };
+    let out = unsafe { Out::new("closest", closest) };
     let question = |queries: &Queries<'_>| {
         // SAFETY: `point` is NULL or points to three numbers, says the manual.
         let point = unsafe { array::<RTfloat, 3>(point)? };

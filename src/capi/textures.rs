@@ -4,6 +4,7 @@ use super::arrays::component;
 use super::constants::*;
 use super::guard::guard;
 use super::pointer::{OutArray, slice, slice_mut, text};
+use super::refusal::{not_negative, unknown};
 use super::types::*;
 use crate::api::{
     Context, Error, Filter, ImageDesc, ImageFormat, MAX_TEXTURE_SIZE, Result, TextureFormat, TextureParameter, Wrap,
@@ -20,7 +21,7 @@ fn image_format(format: RTenum) -> Result<ImageFormat> {
         RT_LUMINANCE_ALPHA => ImageFormat::LuminanceAlpha,
         RT_ALPHA => ImageFormat::Alpha,
         RT_RED => ImageFormat::Red,
-        _ => return Err(Error::invalid_enum("not a pixel format")),
+        _ => return Err(unknown("format", format, "a pixel format")),
     })
 }
 
@@ -29,7 +30,7 @@ fn wrap(value: RTenum) -> Result<Wrap> {
         RT_REPEAT => Wrap::Repeat,
         RT_CLAMP_TO_EDGE => Wrap::ClampToEdge,
         RT_MIRRORED_REPEAT => Wrap::MirroredRepeat,
-        _ => return Err(Error::invalid_enum("not a wrap mode")),
+        _ => return Err(unknown("param", value, "a wrap mode")),
     })
 }
 
@@ -38,7 +39,7 @@ fn filter(value: RTenum) -> Result<Filter> {
         RT_NEAREST => Filter::Nearest,
         RT_LINEAR => Filter::Linear,
         RT_LINEAR_MIPMAP_LINEAR => Filter::LinearMipmapLinear,
-        _ => return Err(Error::invalid_enum("not a texture filter")),
+        _ => return Err(unknown("param", value, "a texture filter")),
     })
 }
 
@@ -59,7 +60,7 @@ fn number_of_filter(filter: Filter) -> RTenum {
 }
 
 fn target_2d(target: RTenum) -> Result<()> {
-    if target == RT_TEXTURE_2D { Ok(()) } else { Err(Error::invalid_enum("the texture target is not RT_TEXTURE_2D")) }
+    if target == RT_TEXTURE_2D { Ok(()) } else { Err(unknown("target", target, "RT_TEXTURE_2D")) }
 }
 
 /// Stores n new texture names at textures.
@@ -70,7 +71,7 @@ fn target_2d(target: RTenum) -> Result<()> {
 pub unsafe extern "C" fn rtGenTextures(n: RTsizei, textures: *mut RTuint) {
     guard(|cx| {
         // SAFETY: `textures` is NULL or a place for n names, says the manual.
-        let textures = unsafe { slice_mut(textures, n)? };
+        let textures = unsafe { slice_mut("textures", textures, n)? };
         cx.is_texture(0)?;
         if n == 0 {
             return Ok(());
@@ -91,7 +92,7 @@ pub unsafe extern "C" fn rtGenTextures(n: RTsizei, textures: *mut RTuint) {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtDeleteTextures(n: RTsizei, textures: *const RTuint) {
     // SAFETY: `textures` is NULL or points to n names, says the manual; they are read before we return.
-    let textures = unsafe { slice(textures, n) };
+    let textures = unsafe { slice("textures", textures, n) };
     guard(|cx| cx.delete_textures(textures?))
 }
 
@@ -149,15 +150,18 @@ pub unsafe extern "C" fn rtTexImage2D(
             RT_SRGB8 | RT_SRGB8_ALPHA8 => true,
             1..=4 | RT_RGB8 | RT_RGBA8 => false,
             other if image_format(other).is_ok() => false,
-            _ => return Err(Error::invalid_value("not an internal format")),
+            other => {
+                let message = format_args!("internalFormat is 0x{other:04X}, which is not an internal format");
+                return Err(Error::invalid_value(message));
+            }
         };
-        let sizes = (u32::try_from(level), u32::try_from(width), u32::try_from(height));
-        let (Ok(level), Ok(width), Ok(height)) = sizes else {
-            return Err(Error::invalid_value("a size is negative"));
-        };
+        let level = not_negative("level", level)?;
+        let (width, height) = (not_negative("width", width)?, not_negative("height", height)?);
         // Asked before the size is computed and the pixels are touched.
         if border != 0 || width > MAX_TEXTURE_SIZE || height > MAX_TEXTURE_SIZE {
-            return Err(Error::invalid_value("a side is too large, or there is a border"));
+            return Err(Error::invalid_value(format_args!(
+                "{width} x {height} texels with a border of {border}; there are at most {MAX_TEXTURE_SIZE} on a side, and no border"
+            )));
         }
         let image = ImageDesc { width, height, format, component, row_stride: 0 };
         let bytes = image.byte_size().expect("sides are limited");
@@ -179,15 +183,15 @@ fn tex_parameter(cx: &mut Context, target: RTenum, pname: RTenum, value: RTenum)
         RT_TEXTURE_WRAP_T => TextureParameter::WrapT(wrap(value)?),
         RT_TEXTURE_MIN_FILTER => TextureParameter::MinFilter(filter(value)?),
         RT_TEXTURE_MAG_FILTER => match filter(value)? {
-            Filter::LinearMipmapLinear => return Err(Error::invalid_enum("not a magnification filter")),
+            Filter::LinearMipmapLinear => return Err(unknown("param", value, "a magnification filter")),
             filter => TextureParameter::MagFilter(filter),
         },
         RT_TEXTURE_COLOR_SPACE => TextureParameter::Format(match value {
             RT_LINEAR_COLOR => TextureFormat::Linear,
             RT_SRGB => TextureFormat::Srgb,
-            _ => return Err(Error::invalid_enum("not a colour space of textures")),
+            _ => return Err(unknown("param", value, "a colour space of textures")),
         }),
-        _ => return Err(Error::invalid_enum("not a texture parameter that can be set")),
+        _ => return Err(unknown("pname", pname, "a texture parameter that can be set")),
     })
 }
 
@@ -230,7 +234,7 @@ fn get_tex_parameter(cx: &Context, target: RTenum, pname: RTenum) -> Result<RTin
             TextureFormat::Linear => RT_LINEAR_COLOR,
             TextureFormat::Srgb => RT_SRGB,
         },
-        _ => return Err(Error::invalid_enum("not a texture parameter")),
+        _ => return Err(unknown("pname", pname, "a texture parameter")),
     };
     Ok(value as RTint)
 }
@@ -264,6 +268,6 @@ pub unsafe extern "C" fn rtGetTexParameterfv(target: RTenum, pname: RTenum, para
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtLoadTexture(file: *const c_char) -> RTuint {
     // SAFETY: `file` is NULL or a string, says the manual; it is read before we return.
-    let file = unsafe { text(file) };
+    let file = unsafe { text("file", file) };
     guard(|cx| cx.load_texture(file?))
 }

@@ -4,7 +4,9 @@
 //! A command that was sent is always valid: applying one cannot fail.
 
 use super::key_frame;
-use super::{KeyFrame, LazyShape, Mask, Mesh, Motion, Name, ParamValue, Scene, Shader, ShaderClass, Strategy, Texture};
+use super::{
+    Instance, KeyFrame, LazyShape, Mask, Mesh, Motion, Name, ParamValue, Scene, Shader, ShaderClass, Strategy, Texture,
+};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -13,6 +15,11 @@ pub enum Command {
         name: Name,
         mesh: Mesh,
         motion: Motion,
+    },
+    /// Makes an object a composite. One that is defined anew has no children.
+    SetChildren {
+        name: Name,
+        children: Vec<Instance>,
     },
     SetStrategy {
         name: Name,
@@ -111,6 +118,13 @@ impl Scene {
                 object.keys_version = self.epoch;
                 object.mesh = Arc::new(mesh);
                 object.motion = motion;
+                self.composites -= usize::from(!std::mem::take(&mut object.children).is_empty());
+            }
+            Command::SetChildren { name, children } => {
+                let object = self.objects.entry(name).or_default();
+                self.composites += usize::from(!children.is_empty());
+                self.composites -= usize::from(!object.children.is_empty());
+                object.children = children;
             }
             Command::SetStrategy { name, strategy } => {
                 self.objects.entry(name).or_default().strategy = strategy;
@@ -172,7 +186,12 @@ impl Scene {
             Command::DeleteObjects { first, count } => {
                 // The range is the caller's and may be huge; the table is not.
                 let end = u64::from(first) + u64::from(count);
-                self.objects.retain(|&name, _| name < first || u64::from(name) >= end);
+                let composites = &mut self.composites;
+                self.objects.retain(|&name, object| {
+                    let stays = name < first || u64::from(name) >= end;
+                    *composites -= usize::from(!stays && !object.children.is_empty());
+                    stays
+                });
             }
             Command::DefineClass { name, class } => {
                 self.classes.insert(name, class);
@@ -183,8 +202,8 @@ impl Scene {
                 }
             }
             Command::SetParameter { shader, param, value } => {
-                if let Some(slot) = self.shaders.get_mut(&shader).and_then(|s| s.values.get_mut(param as usize)) {
-                    *slot = value;
+                if let Some(shader) = self.shaders.get_mut(&shader) {
+                    shader.set(param, value);
                 }
             }
             Command::DeleteShader { name } => {

@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod command;
+mod composite;
 mod frame_desc;
 mod key_frame;
 mod mask;
@@ -19,10 +20,11 @@ mod top_level;
 mod upsampling;
 
 pub use command::Command;
-pub use frame_desc::{FrameDesc, Instance, Viewport};
+pub use composite::{InstanceList, Resolved, TooMany};
+pub use frame_desc::{DEFAULT_AMBIENT, FrameDesc, Instance, LightUse, Viewport};
 pub use key_frame::KeyFrame;
 pub use mask::Mask;
-pub use mesh::{Mesh, ParamStream};
+pub use mesh::{MAX_COORDINATE, Mesh, ParamStream};
 pub use moves::Moves;
 pub use object::{LazyShape, Motion, Object, Strategy};
 pub use program::{
@@ -49,4 +51,12 @@ pub struct Scene {
     pub textures: HashMap<Name, Arc<Texture>>,
     /// Counts every applied command except a frame; two equal values mean an unchanged scene.
     pub epoch: u64,
+    /// Objects that have children.
+    composites: usize,
+}
+
+impl Scene {
+    fn is_composite(&self, object: Name) -> bool {
+        self.objects.get(&object).is_some_and(|object| !object.children.is_empty())
+    }
 }

@@ -12,6 +12,7 @@ use glam::{Vec2, Vec3, Vec4};
 use std::cell::OnceCell;
 
 /// A hit point, ready for shading.
+#[derive(Clone)]
 pub struct Interaction<'a> {
     pub point: SurfacePoint,
     /// Width of the cone at the point.

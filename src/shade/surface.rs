@@ -48,6 +48,7 @@ pub enum Surface {
 
 /// Phong's model with Whitted's mirror and refracted rays; see [`crate::shade::class`].
 pub struct Phong {
+    /// Ambient light that is reflected, see [`Surface::reflect_ambient`].
     pub ambient: Vec3,
     pub diffuse: Vec3,
     pub specular: Vec3,
@@ -171,6 +172,13 @@ impl Surface {
             },
             _ => return None,
         })
+    }
+
+    /// Makes the ambient share of a surface the light that it reflects, out of the `light` that comes from everywhere.
+    pub fn reflect_ambient(&mut self, light: Vec3) {
+        if let Surface::Phong(phong) = self {
+            phong.ambient *= light;
+        }
     }
 
     /// Whether shadow rays may pass, somewhere.

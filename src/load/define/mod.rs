@@ -11,7 +11,7 @@ mod textures;
 
 use crate::api::{Context, Error, Motion, Name, State};
 use crate::load::{Background, Camera, Deform, LightKind, Pose, Projection, SceneFile};
-use glam::{DMat4, Vec3};
+use glam::DMat4;
 use kept::with_state_kept;
 use objects::Placed;
 use surfaces::ShaderMaker;
@@ -125,8 +125,8 @@ impl LoadedScene {
         for light in &file.lights {
             self.lights.push(shaders.light(context, light.kind, light.color)?);
         }
-        // Without lights the library puts a lamp at the eye, which an ambient light would switch off.
-        if !file.lights.is_empty() && file.ambient != Vec3::ZERO {
+        // Without lights the library puts a lamp at the eye, which an ambient light would switch off. A black one says that there is none.
+        if !file.lights.is_empty() {
             let ambient = shaders.make(context, "ambient")?;
             self.ambient = Some(ambient);
             shaders.floats(context, "color", &file.ambient.to_array())?;
