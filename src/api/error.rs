@@ -3,6 +3,7 @@
 //! Every method of [`super::Context`] returns an [`Error`] and has then changed nothing. The C face hands it to
 //! [`super::Context::latch`], which keeps the first one until [`super::Context::get_error`] reads it.
 
+use crate::frame::ImageFileError;
 use std::borrow::Cow;
 use std::fmt;
 
@@ -69,5 +70,16 @@ impl std::error::Error for Error {}
 impl From<std::collections::TryReserveError> for Error {
     fn from(_: std::collections::TryReserveError) -> Self {
         Self::out_of_memory()
+    }
+}
+
+impl From<ImageFileError> for Error {
+    fn from(error: ImageFileError) -> Self {
+        let code = match &error {
+            ImageFileError::OutOfMemory { .. } => ErrorCode::OutOfMemory,
+            ImageFileError::NotBuilt { .. } => ErrorCode::InvalidOperation,
+            _ => ErrorCode::Io,
+        };
+        Self::new(code, error.to_string())
     }
 }

@@ -6,7 +6,7 @@
 use super::context::Context;
 use super::error::{Error, ErrorCode, Result};
 use crate::backend::{FrameFailure, OnDone};
-use crate::frame::{FrameStats, PixelFormat, encode_pixels, write_image};
+use crate::frame::{FrameStats, PixelFormat, encode_pixels};
 use crate::scene::FrameDesc;
 use std::path::Path;
 use std::sync::Arc;
@@ -270,21 +270,19 @@ impl Context {
         self.trust(size)
     }
 
-    /// Writes the last frame to a file whose extension names the format (PNG, JPEG, PPM, HDR, EXR). Waits for a frame in flight.
+    /// Writes the last frame to a file whose extension names the format (PNG, JPEG, PPM, HDR, EXR). Waits for a frame in flight. A file that is there
+    /// is replaced when the new one is complete, and stays what it was when that cannot be.
     ///
     /// # Errors
-    /// `InvalidOperation` when nothing was rendered yet, `Io` with the cause.
+    /// `InvalidOperation` when nothing was rendered yet or image files were left out of the build, `Io` with the cause, `OutOfMemory`.
     pub fn write_image(&mut self, path: impl AsRef<Path>) -> Result<()> {
         self.outside_object()?;
         let srgb = self.settings.srgb;
-        let written = match self.backend.framebuffer() {
-            Ok(picture) if picture.width() == 0 => {
-                return Err(Error::invalid_operation("nothing was rendered yet"));
-            }
-            Ok(picture) => write_image(path.as_ref(), picture, srgb),
-            Err(failure) => return Err(self.distrust(failure)),
-        };
-        written.map_err(|error| Error::new(ErrorCode::Io, error.to_string()))
+        if self.frame_size()?[0] == 0 {
+            return Err(Error::invalid_operation("nothing was rendered yet"));
+        }
+        let written = self.backend.write_image(path.as_ref(), srgb);
+        Ok(self.trust(written)??)
     }
 
     /// Sends what the state machine holds back until a frame starts, and describes the frame but for its instances.

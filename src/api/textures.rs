@@ -1,11 +1,11 @@
 //! Texture objects.
 
 use super::context::Context;
-use super::error::{Error, ErrorCode, Result};
+use super::error::{Error, Result};
 use super::names::Names;
 use super::objects::positive;
 use super::texture_image::{ImageDesc, decode_level, level_size};
-use crate::frame::read_image;
+use crate::backend::read_image;
 use crate::scene::{Command, Filter, Name, Texture, TextureFormat, TextureLevel, Wrap};
 use glam::Affine2;
 use std::collections::HashMap;
@@ -246,15 +246,11 @@ impl Context {
     /// Reads an image file (PNG, JPEG, EXR, HDR or PNM, told by its content) into a new texture and binds it.
     ///
     /// # Errors
-    /// `Io` with the cause, `OutOfMemory`.
+    /// `Io` with the cause, `OutOfMemory`; `InvalidOperation` where image files were left out of the build.
     pub fn load_texture(&mut self, path: impl AsRef<Path>) -> Result<Name> {
         self.outside_begin()?;
         let path = path.as_ref();
-        let image = read_image(path).map_err(|e| Error::new(ErrorCode::Io, e.to_string()))?;
-        if image.width > MAX_TEXTURE_SIZE || image.height > MAX_TEXTURE_SIZE {
-            let message = format!("{}: more than {MAX_TEXTURE_SIZE} texels on a side", path.display());
-            return Err(Error::new(ErrorCode::Io, message));
-        }
+        let image = read_image(path, MAX_TEXTURE_SIZE)?;
         let base = TextureLevel { width: image.width, height: image.height, texels: image.texels };
         let levels = vec![base];
         self.textures.states.try_reserve(1)?;
