@@ -342,7 +342,7 @@ fn updates_follow_the_scene() {
         built.force_top_level(Some(top));
         for frame in 0..14 {
             match frame {
-                4 => world.scene.apply(Command::DeleteObjects { first: 2, count: 1 }),
+                4 => world.scene.apply(Command::DeleteObject { name: 2 }),
                 // The same name, another object, between two frames.
                 6 => {
                     world.scene.apply(Command::DefineObject {
@@ -352,7 +352,7 @@ fn updates_follow_the_scene() {
                     });
                 }
                 8 => {
-                    world.scene.apply(Command::DeleteObjects { first: 2, count: 1 });
+                    world.scene.apply(Command::DeleteObject { name: 2 });
                     world.scene.apply(Command::DefineObject {
                         name: 2,
                         mesh: meshes::icosphere(2),

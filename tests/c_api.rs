@@ -45,6 +45,22 @@ fn scene_files() {
     });
 }
 
+/// Nothing is written to the standard error: no panic was caught on the way.
+#[test]
+fn contexts_are_destroyed_at_exit() {
+    let Some(dir) = c::scratch("c_atexit") else { return };
+    for link in [Link::Static, Link::Shared] {
+        let program = c::build(&[Path::new("tests/c/atexit.c")], &dir.join(format!("atexit_{link:?}")), link);
+        let ended = c::outcome(Command::new(program).current_dir(&dir));
+        assert_eq!(ended, (Some(0), "after exit\n".to_owned(), String::new()));
+    }
+}
+
+#[test]
+fn image_files_need_no_stack() {
+    passes("small_stack", Link::Static, no_arguments);
+}
+
 #[test]
 fn child_of_fork_renders() {
     passes("fork", Link::Static, no_arguments);

@@ -489,7 +489,7 @@ mod tests {
         assert!(two.bytes > one.bytes + 20_000);
         // Hidden, it stays; deleted, it goes, and its slot is used again.
         assert!(world.update(&scene, &HERE).bytes > one.bytes + 20_000);
-        scene.apply(Command::DeleteObjects { first: 2, count: 1 });
+        scene.apply(Command::DeleteObject { name: 2 });
         let after = world.update(&scene, &both);
         assert_eq!((after.objects_built, world.instances().len()), (0, 2));
         assert!(after.bytes < one.bytes + 5_000, "{} bytes, {} with one object", after.bytes, one.bytes);

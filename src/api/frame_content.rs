@@ -204,7 +204,7 @@ impl Context {
             let motion = Motion::Unstructured;
             self.backend.send(Command::DefineObject { name: IMMEDIATE_OBJECT, mesh, motion });
         } else if self.content.immediate_defined {
-            self.backend.send(Command::DeleteObjects { first: IMMEDIATE_OBJECT, count: 1 });
+            self.backend.send(Command::DeleteObject { name: IMMEDIATE_OBJECT });
         }
         self.content.immediate_defined = drawn;
         drawn
@@ -233,7 +233,7 @@ impl Context {
     /// After a frame has started: what was deleted while it was assembled may go.
     pub(super) fn send_deletions(&mut self) {
         for name in self.content.deletions.drain(..) {
-            self.backend.send(Command::DeleteObjects { first: name, count: 1 });
+            self.backend.send(Command::DeleteObject { name });
         }
     }
 }

@@ -31,6 +31,7 @@ mod typed_mesh;
 
 pub use arrays::{Component, Indices, VertexArray, VertexArrays, decode_vectors};
 pub use assembler::Primitive;
+pub(crate) use class_check::{Layout, check_sizes};
 pub use context::{Config, Context, ErrorCallback};
 pub use error::{Error, ErrorCode, Result};
 pub use frame::{CancelHandle, FrameCallback, PixelKind};

@@ -163,7 +163,7 @@ impl Context {
             if shown {
                 self.content.delete_after_start(name);
             } else {
-                self.backend.send(Command::DeleteObjects { first: name, count: 1 });
+                self.backend.send(Command::DeleteObject { name });
             }
         }
         Ok(())

@@ -37,6 +37,8 @@ pub(super) struct Shaders {
     bound_class: Name,
     bound: Name,
     built_in: Vec<Arc<ShaderClass>>,
+    /// What built-in classes (of no file) and those of shader libraries were named: file, zero byte, class.
+    named: HashMap<String, Name>,
 }
 
 impl Shaders {
@@ -74,16 +76,55 @@ impl Shaders {
 }
 
 impl Context {
-    /// Names the built-in class `class` and binds it.
+    /// The name of the built-in class `class`, the same whenever it is asked for, and binds it.
     ///
     /// # Errors
     /// `InvalidValue` when there is no built-in class of this name.
     pub fn gen_new_shader_class(&mut self, class: &str) -> Result<Name> {
         self.outside_begin()?;
-        let Some(class) = self.shaders.built_in(class) else {
-            return Err(Error::invalid_value(format!("there is no built-in shader class \"{class}\"")));
-        };
-        self.add_class(class)
+        self.named_class("", class, |cx| {
+            let unknown = || Error::invalid_value(format!("there is no built-in shader class \"{class}\""));
+            cx.shaders.built_in(class).ok_or_else(unknown)
+        })
+    }
+
+    /// Binds the class called `class` of the shader library `file`, which `load` reads when it is first asked for.
+    ///
+    /// # Errors
+    /// Those of `load`; `InvalidValue` when the class contradicts itself.
+    pub(crate) fn gen_loaded_shader_class(
+        &mut self,
+        file: &str,
+        class: &str,
+        load: impl FnOnce() -> Result<ShaderClass>,
+    ) -> Result<Name> {
+        self.outside_begin()?;
+        self.named_class(file, class, |_| {
+            let class = load()?;
+            check_class(&class)?;
+            Ok(Arc::new(class))
+        })
+    }
+
+    /// The class that was named before, or another one, which `make` makes; it is bound.
+    fn named_class(
+        &mut self,
+        file: &str,
+        class: &str,
+        make: impl FnOnce(&mut Self) -> Result<Arc<ShaderClass>>,
+    ) -> Result<Name> {
+        let mut key = String::new();
+        key.try_reserve_exact(file.len() + 1 + class.len())?;
+        [file, "\0", class].iter().for_each(|part| key.push_str(part));
+        if let Some(&name) = self.shaders.named.get(&key) {
+            self.bind_shader_class(name)?;
+            return Ok(name);
+        }
+        self.shaders.named.try_reserve(1)?;
+        let class = make(self)?;
+        let name = self.add_class(class)?;
+        self.shaders.named.insert(key, name);
+        Ok(name)
     }
 
     /// Names a class of the application's and binds it.

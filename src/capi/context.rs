@@ -26,7 +26,7 @@ pub unsafe extern "C" fn rtInit(argc: *mut c_int, argv: *mut *mut c_char) {
 }
 
 /// Ends what rtInit() began: destroys the initial context with everything in it, as rtDestroyContext() does.
-/// rtInit() may be called again.
+/// rtInit() may be called again. It may be given to atexit(): a program that ends lets go of its contexts before.
 ///
 /// Errors: RT_INVALID_OPERATION without rtInit(), or when the initial context is current on another thread.
 #[unsafe(no_mangle)]

@@ -139,13 +139,14 @@ pub(super) fn guard<T: Refused>(call: impl FnOnce(&mut Context) -> Result<T>) ->
 pub(super) fn guard_session<T: Refused>(call: impl FnOnce(&mut Session) -> Result<T>) -> T {
     // Unwind safety: after a panic the context is poisoned, and what is poisoned answers nothing but errors.
     let outcome = catch_unwind(AssertUnwindSafe(|| {
-        SLOT.with(|slot| match slot.0.try_borrow_mut() {
+        let outcome = SLOT.try_with(|slot| match slot.0.try_borrow_mut() {
             Ok(mut current) => match &mut *current {
                 Some(session) => call(session),
                 None => Err(no_context()),
             },
             Err(_) => Err(Error::invalid_operation("the context is busy with another call of this thread")),
-        })
+        });
+        outcome.unwrap_or_else(|_| Err(thread_has_ended()))
     }));
     match outcome {
         Ok(Ok(value)) => value,
@@ -166,6 +167,12 @@ pub(super) fn guard_thread<T: Refused>(call: impl FnOnce() -> Result<T>) -> T {
 #[cold]
 fn no_context() -> Error {
     Error::invalid_operation("no context is current on this thread: call rtInit or rtMakeCurrent first")
+}
+
+/// Functions that `atexit()` runs come after the thread's storage: its context is parked by then.
+#[cold]
+fn thread_has_ended() -> Error {
+    Error::invalid_operation("the thread has let go of its context, as it has ended or the process is ending")
 }
 
 /// Records `error` where `rtGetError` of this thread will find it, then tells the callback.
@@ -236,7 +243,7 @@ pub(super) fn c_text(text: &str) -> CString {
 
 /// The error of the current context, else of this thread, which is thereby forgotten.
 pub(super) fn take_error() -> Result<RTenum> {
-    let of_context = SLOT.with(|slot| -> Result<Option<(RTenum, CString)>> {
+    let of_context = SLOT.try_with(|slot| -> Result<Option<(RTenum, CString)>> {
         let mut current = slot.0.borrow_mut();
         let Some(session) = current.as_mut() else { return Ok(None) };
         let context = &mut session.context;
@@ -246,18 +253,26 @@ pub(super) fn take_error() -> Result<RTenum> {
         }
         let code = number_of(context.get_error());
         Ok(Some((code, c_text(context.error_message()))))
-    })?;
+    });
+    let of_context = of_context.unwrap_or(Ok(None))?;
     let (code, text) = match of_context {
         Some(found) if found.0 != RT_NO_ERROR => found,
-        _ => (HOMELESS_ERROR.replace(RT_NO_ERROR), c_text(&HOMELESS_TEXT.take())),
+        _ => {
+            let text = HOMELESS_TEXT.try_with(RefCell::take).unwrap_or_default();
+            (HOMELESS_ERROR.replace(RT_NO_ERROR), c_text(&text))
+        }
     };
-    LAST_TEXT.replace((code, text));
+    // The text is lost on a thread that has ended; its code is not.
+    let _ = LAST_TEXT.try_with(|last| last.replace((code, text)));
     Ok(code)
 }
 
 /// Text of `code`: in full when it is what `rtGetError` returned last on this thread.
 pub(super) fn error_text(code: RTenum) -> *const c_char {
-    let full = LAST_TEXT.with_borrow(|(last, text)| (*last == code && code != RT_NO_ERROR).then(|| text.as_ptr()));
+    let full = LAST_TEXT.try_with(|last| {
+        let (last, text) = &*last.borrow();
+        (*last == code && code != RT_NO_ERROR).then(|| text.as_ptr())
+    });
     let general = match code {
         RT_NO_ERROR => c"no error",
         RT_INVALID_ENUM => c"invalid enumerant",
@@ -270,7 +285,7 @@ pub(super) fn error_text(code: RTenum) -> *const c_char {
         RT_INTERNAL_ERROR => c"a defect of openrt",
         _ => c"not an error code",
     };
-    full.unwrap_or(general.as_ptr())
+    full.ok().flatten().unwrap_or(general.as_ptr())
 }
 
 fn number_of(code: ErrorCode) -> RTenum {
@@ -310,7 +325,7 @@ pub(super) fn create() -> Result<RTuint> {
 
 /// Makes context `name` current on this thread, or none for 0. The one before is parked.
 pub(super) fn make_current(name: RTuint) -> Result<()> {
-    SLOT.with(|slot| {
+    let made = SLOT.try_with(|slot| {
         let mut current = slot.0.try_borrow_mut().map_err(|_| Error::invalid_operation("the context is busy"))?;
         if current.as_ref().map_or(0, |s| s.name) == name {
             return Ok(());
@@ -327,12 +342,14 @@ pub(super) fn make_current(name: RTuint) -> Result<()> {
             park(before);
         }
         Ok(())
-    })
+    });
+    made.unwrap_or_else(|_| Err(thread_has_ended()))
 }
 
 /// Name of the context that is current on this thread; 0 for none.
 pub(super) fn current_name() -> RTuint {
-    SLOT.with(|slot| slot.0.try_borrow().map_or(0, |current| current.as_ref().map_or(0, |s| s.name)))
+    let name = SLOT.try_with(|slot| slot.0.try_borrow().map_or(0, |current| current.as_ref().map_or(0, |s| s.name)));
+    name.unwrap_or(0)
 }
 
 fn no_such_context() -> Error {
@@ -351,25 +368,31 @@ pub(super) fn cancel(name: RTuint) -> Result<()> {
 
 /// Destroys context `name`, which must not be current on another thread.
 pub(super) fn destroy(name: RTuint) -> Result<()> {
-    let doomed = SLOT.with(|slot| {
+    let doomed = SLOT.try_with(|slot| {
         let mut current = slot.0.try_borrow_mut().map_err(|_| Error::invalid_operation("the context is busy"))?;
-        let mut table = table();
-        let entry = table.contexts.get_mut(&name).ok_or_else(no_such_context)?;
-        let doomed = match entry.parked.take() {
-            None if current.as_ref().is_some_and(|s| s.name == name) => current.take(),
-            None => return Err(current_elsewhere()),
-            parked => parked,
-        };
-        entry.cancel.cancel();
-        table.contexts.remove(&name);
-        if table.initial == name {
-            table.initial = 0;
-        }
-        Ok(doomed)
-    })?;
+        take_out(name, &mut current)
+    });
+    let doomed = doomed.unwrap_or_else(|_| take_out(name, &mut None))?;
     // Waits for a frame in flight, with no lock held.
     drop(doomed);
     Ok(())
+}
+
+/// Takes context `name` out of the table; `current` is the one of this thread.
+fn take_out(name: RTuint, current: &mut Option<Box<Session>>) -> Result<Option<Box<Session>>> {
+    let mut table = table();
+    let entry = table.contexts.get_mut(&name).ok_or_else(no_such_context)?;
+    let doomed = match entry.parked.take() {
+        None if current.as_ref().is_some_and(|s| s.name == name) => current.take(),
+        None => return Err(current_elsewhere()),
+        parked => parked,
+    };
+    entry.cancel.cancel();
+    table.contexts.remove(&name);
+    if table.initial == name {
+        table.initial = 0;
+    }
+    Ok(doomed)
 }
 
 /// `rtInit`: makes the initial context and makes it current.
@@ -391,7 +414,10 @@ pub(super) fn init() -> Result<()> {
         }
         table.initial = name;
     }
-    make_current(name)
+    make_current(name).inspect_err(|_| {
+        let doomed = take_out(name, &mut None);
+        drop(doomed);
+    })
 }
 
 /// `rtExit`: destroys the initial context.

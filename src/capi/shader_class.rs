@@ -6,8 +6,8 @@ use super::pointer::{array, slice, text, value};
 use super::shading::RTshadingContext;
 use super::types::*;
 use crate::api::{
-    CameraShader, EnvironmentShader, Error, LightSample, LightShader, ParamDef, ParamScope, ParamType, ParamValue,
-    PrimaryRay, Program, Result, ShaderClass, ShaderKind, ShadingContext, SurfaceShader,
+    CameraShader, EnvironmentShader, Error, Layout, LightSample, LightShader, ParamDef, ParamScope, ParamType,
+    ParamValue, PrimaryRay, Program, Result, ShaderClass, ShaderKind, ShadingContext, SurfaceShader, check_sizes,
 };
 use glam::{Vec2, Vec3, Vec4};
 use std::ffi::{c_char, c_void};
@@ -197,21 +197,23 @@ pub(super) unsafe fn class_of(class: &RTshaderClass) -> Result<ShaderClass> {
         }
         _ => return Err(Error::invalid_enum("not a kind of shader that an application can bring")),
     };
+    check_sizes(name, class.paramCount.into(), class.blockSize)?;
     let count = RTsizei::try_from(class.paramCount).map_err(|_| Error::invalid_value("too many parameters"))?;
     // SAFETY: NULL or that many parameters, by contract.
     let described = unsafe { slice(class.params, count)? };
     let mut params = Vec::new();
     params.try_reserve_exact(described.len())?;
+    let mut layout = Layout::new(class.blockSize);
     for param in described {
         // SAFETY: passed on.
-        params.push(unsafe { param_of(param)? });
+        params.push(unsafe { param_of(param, name, &mut layout)? });
     }
     Ok(ShaderClass { name: name.into(), kind, params, block_size: class.blockSize, program })
 }
 
 /// # Safety
 /// As [`class_of`].
-unsafe fn param_of(param: &RTshaderParam) -> Result<ParamDef> {
+unsafe fn param_of(param: &RTshaderParam, class: &str, layout: &mut Layout) -> Result<ParamDef> {
     let ty = match param.type_ {
         RT_INT => ParamType::Int(1),
         RT_INT_VEC2 => ParamType::Int(2),
@@ -235,6 +237,10 @@ unsafe fn param_of(param: &RTshaderParam) -> Result<ParamDef> {
     };
     // SAFETY: NULL or a string, by contract.
     let name = unsafe { text(param.name)? };
+    // Before the default takes as much memory.
+    layout
+        .place(ty, param.offset)
+        .map_err(|why| Error::invalid_value(format!("shader class \"{class}\": parameter \"{name}\": {why}")))?;
     // SAFETY: NULL or a value of the type, by contract.
     let default = unsafe { default_of(ty, param.defaultValue)? };
     Ok(ParamDef { name: name.into(), ty, scope, default, offset: param.offset })

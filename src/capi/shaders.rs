@@ -12,7 +12,7 @@ use std::ffi::c_char;
 /// Returns a name for a shader class, and binds the class; 0 on failure. With file NULL the class is one of
 /// those that the library brings, which the table before this function lists. Otherwise file is the path of a
 /// shader library that exports the function openrtQueryShaderClass (see RTqueryShaderClass); the library stays
-/// loaded until the process ends.
+/// loaded until the process ends. Asked again for the same class of the same file, it returns the same name.
 ///
 /// A shader library calls the rts functions of the program's own openrt: link it against libopenrt.so, or, if
 /// the program contains libopenrt.a, link the program with -rdynamic and the shader library against nothing.
@@ -31,7 +31,7 @@ pub unsafe extern "C" fn rtGenNewShaderClass(name: *const c_char, file: *const c
         }
         // SAFETY: `file` is not NULL, so a string, says the manual; it is read before we return.
         let file = unsafe { text(file)? };
-        cx.register_shader_class(plugin::load(name, file)?)
+        cx.gen_loaded_shader_class(file, name, || plugin::load(name, file))
     })
 }
 

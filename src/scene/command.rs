@@ -3,6 +3,7 @@
 //! The state machine validates, then sends commands; the back-end applies them in order when a frame starts.
 //! A command that was sent is always valid: applying one cannot fail.
 
+use super::changes::{overwrite, scatter};
 use super::key_frame;
 use super::{KeyFrame, LazyShape, Mask, Mesh, Motion, Name, ParamValue, Scene, Shader, ShaderClass, Strategy, Texture};
 use glam::Vec3;
@@ -65,9 +66,14 @@ pub enum Command {
         first: u32,
         normals: Vec<Vec3>,
     },
-    DeleteObjects {
-        first: Name,
-        count: u32,
+    /// New normals for the vertices listed.
+    MoveNormals {
+        name: Name,
+        vertices: Vec<u32>,
+        normals: Vec<Vec3>,
+    },
+    DeleteObject {
+        name: Name,
     },
     DefineClass {
         name: Name,
@@ -124,11 +130,11 @@ impl Scene {
             Command::SetMask { name, mask } => {
                 self.objects.entry(name).or_default().mask = mask;
             }
-            Command::UpdatePositions { name, first, positions } => {
+            Command::UpdatePositions { name, first, mut positions } => {
                 if let Some(object) = self.objects.get_mut(&name) {
                     let of = object.mesh.positions.len();
                     object.moves.range(self.epoch, first..first.saturating_add(positions.len() as u32), of);
-                    overwrite(&mut Arc::make_mut(&mut object.mesh).positions, first, positions);
+                    overwrite(&mut Arc::make_mut(&mut object.mesh).positions, first, &mut positions);
                     object.vertex_version = self.epoch;
                 }
             }
@@ -136,11 +142,7 @@ impl Scene {
                 if let Some(object) = self.objects.get_mut(&name) {
                     let target = &mut Arc::make_mut(&mut object.mesh).positions;
                     let of = target.len();
-                    for (&vertex, position) in vertices.iter().zip(positions) {
-                        if let Some(target) = target.get_mut(vertex as usize) {
-                            *target = position;
-                        }
-                    }
+                    scatter(target, &vertices, &positions);
                     object.moves.listed(self.epoch, &vertices, of);
                     object.vertex_version = self.epoch;
                 }
@@ -164,15 +166,18 @@ impl Scene {
             Command::SetTime { name, time } => {
                 self.objects.entry(name).or_default().time = time;
             }
-            Command::UpdateNormals { name, first, normals } => {
+            Command::UpdateNormals { name, first, mut normals } => {
                 if let Some(object) = self.objects.get_mut(&name) {
-                    overwrite(&mut Arc::make_mut(&mut object.mesh).normals, first, normals);
+                    overwrite(&mut Arc::make_mut(&mut object.mesh).normals, first, &mut normals);
                 }
             }
-            Command::DeleteObjects { first, count } => {
-                // The range is the caller's and may be huge; the table is not.
-                let end = u64::from(first) + u64::from(count);
-                self.objects.retain(|&name, _| name < first || u64::from(name) >= end);
+            Command::MoveNormals { name, vertices, normals } => {
+                if let Some(object) = self.objects.get_mut(&name) {
+                    scatter(&mut Arc::make_mut(&mut object.mesh).normals, &vertices, &normals);
+                }
+            }
+            Command::DeleteObject { name } => {
+                self.objects.remove(&name);
             }
             Command::DefineClass { name, class } => {
                 self.classes.insert(name, class);
@@ -197,15 +202,5 @@ impl Scene {
                 self.textures.remove(&name);
             }
         }
-    }
-}
-
-/// Puts `values` over `target[first..]`, as far as it reaches.
-fn overwrite<T: Copy>(target: &mut Vec<T>, first: u32, values: Vec<T>) {
-    if first == 0 && values.len() == target.len() {
-        *target = values;
-    } else if let Some(tail) = target.get_mut(first as usize..) {
-        let n = tail.len().min(values.len());
-        tail[..n].copy_from_slice(&values[..n]);
     }
 }

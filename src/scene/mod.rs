@@ -5,6 +5,7 @@
 //! free of `unsafe`, of threads and of rays, so that a command log can also be sent over a wire or replayed.
 #![forbid(unsafe_code)]
 
+mod changes;
 mod command;
 mod frame_desc;
 mod key_frame;
@@ -18,6 +19,7 @@ mod texture;
 mod top_level;
 mod upsampling;
 
+pub use changes::Changes;
 pub use command::Command;
 pub use frame_desc::{FrameDesc, Instance, Viewport};
 pub use key_frame::KeyFrame;
