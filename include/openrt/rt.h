@@ -854,7 +854,7 @@ RTAPI void rtInit(int *argc, char **argv);
 
 /**
  * Ends what rtInit() began: destroys the initial context with everything in it, as rtDestroyContext() does.
- * rtInit() may be called again.
+ * rtInit() may be called again. It may be given to atexit(): a program that ends lets go of its contexts before.
  *
  * Errors: RT_INVALID_OPERATION without rtInit(), or when the initial context is current on another thread.
  */
@@ -1867,7 +1867,7 @@ RTAPI void rtClearColor(RTfloat red, RTfloat green, RTfloat blue, RTfloat alpha)
  * Returns a name for a shader class, and binds the class; 0 on failure. With file NULL the class is one of
  * those that the library brings, which the table before this function lists. Otherwise file is the path of a
  * shader library that exports the function openrtQueryShaderClass (see RTqueryShaderClass); the library stays
- * loaded until the process ends.
+ * loaded until the process ends. Asked again for the same class of the same file, it returns the same name.
  *
  * A shader library calls the rts functions of the program's own openrt: link it against libopenrt.so, or, if
  * the program contains libopenrt.a, link the program with -rdynamic and the shader library against nothing.

@@ -23,7 +23,8 @@ fn build_libraries() -> PathBuf {
     let profile = name(&folder).map(|n| if n == "debug" { "dev".to_owned() } else { n }).expect("a profile has a name");
     let mut target_dir = folder.parent().expect("a profile is in the target folder");
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into()));
-    cargo.current_dir(env!("CARGO_MANIFEST_DIR")).args(["build", "--quiet", "--lib", "--profile", &profile]);
+    cargo.current_dir(env!("CARGO_MANIFEST_DIR")).args(["build", "--quiet", "-p", "openrt", "-p", "openrt-c"]);
+    cargo.args(["--lib", "--profile", &profile]);
     // target/x86_64-unknown-linux-gnu/debug: built for a target that was named.
     if let Some(triple) = name(target_dir).filter(|n| n.split('-').count() >= 3 && n.contains(std::env::consts::ARCH)) {
         cargo.args(["--target", &triple]);

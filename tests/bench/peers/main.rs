@@ -44,7 +44,7 @@ use options::{Options, Suite};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let options = match start::options(Options::parse) {
+    let options = match start::options(options::USAGE, Options::parse) {
         Ok(options) => options,
         Err(code) => return code,
     };
