@@ -29,6 +29,7 @@ mod texture_image;
 mod textures;
 mod typed_mesh;
 
+pub(crate) use crate::backend::with_default_floats;
 pub use arrays::{Component, Indices, VertexArray, VertexArrays, decode_vectors};
 pub use assembler::Primitive;
 pub(crate) use class_check::{Layout, check_sizes};

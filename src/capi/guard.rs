@@ -5,13 +5,15 @@
 //! that two threads cannot share a context needs no proof. Callbacks to the application run after the context
 //! is put down, so they may call the library.
 //!
+//! What a call computes does not depend on the floating-point environment of its thread, nor does it raise signals there.
+//!
 //! A panic is a defect of ours. It is caught here, the context is marked unusable, and the application goes on.
 
 use super::arrays::ClientArrays;
 use super::constants::*;
 use super::loaded_scenes::LoadedScenes;
 use super::types::{RTboolean, RTenum, RTerrorCallback, RTint, RTuint};
-use crate::api::{CancelHandle, Context, Error, ErrorCode, Result};
+use crate::api::{CancelHandle, Context, Error, ErrorCode, Result, with_default_floats};
 use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -141,7 +143,7 @@ pub(super) fn guard_session<T: Refused>(call: impl FnOnce(&mut Session) -> Resul
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         let outcome = SLOT.try_with(|slot| match slot.0.try_borrow_mut() {
             Ok(mut current) => match &mut *current {
-                Some(session) => call(session),
+                Some(session) => with_default_floats(|| call(session)),
                 None => Err(no_context()),
             },
             Err(_) => Err(Error::invalid_operation("the context is busy with another call of this thread")),
@@ -157,7 +159,7 @@ pub(super) fn guard_session<T: Refused>(call: impl FnOnce(&mut Session) -> Resul
 
 /// Runs `call`, which needs no context (it makes, changes or asks for the current one).
 pub(super) fn guard_thread<T: Refused>(call: impl FnOnce() -> Result<T>) -> T {
-    match catch_unwind(AssertUnwindSafe(call)) {
+    match catch_unwind(AssertUnwindSafe(|| with_default_floats(call))) {
         Ok(Ok(value)) => value,
         Ok(Err(error)) => refuse(error),
         Err(payload) => defect(payload),
