@@ -486,7 +486,7 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
  */
 #define RT_ROTATE 0x6017
 /**
- * Update strategy: uniform grid, made anew when the geometry changes (Larsson and Akenine-Moeller 2003), for triangles
+ * Update strategy: grid of grids, made anew when the geometry changes (Larsson and Akenine-Moeller 2003), for triangles
  * of like size that move without any order.
  */
 #define RT_GRID 0x6018

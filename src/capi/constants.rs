@@ -97,7 +97,7 @@ pub const RT_REFIT: RTenum = 0x6014;
 /// Update strategy: as RT_REFIT, but boxes that drift apart change places (Kopta and others 2012), and the
 /// structure is built anew when that is not enough.
 pub const RT_ROTATE: RTenum = 0x6017;
-/// Update strategy: uniform grid, made anew when the geometry changes (Larsson and Akenine-Moeller 2003), for triangles
+/// Update strategy: grid of grids, made anew when the geometry changes (Larsson and Akenine-Moeller 2003), for triangles
 /// of like size that move without any order.
 pub const RT_GRID: RTenum = 0x6018;
 /// Update strategy: visibility field (Khanna, Mortensen, Yu and Slater 2004), tiles that list triangles, for many

@@ -31,7 +31,7 @@ pub enum Strategy {
     Refit,
     /// Refit with rotations (Kopta12), and a new tree when that does not keep up.
     Rotate,
-    /// Uniform grid (Larsson03 §5), rebuilt when the geometry changes.
+    /// Grid of grids (Larsson03 §5), rebuilt when the geometry changes.
     Grid,
     /// Binned SAH BVH once; after that only what rays reach is brought up to date, when they reach it (Larsson03 §3).
     Lazy,
