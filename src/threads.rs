@@ -33,6 +33,9 @@ pub const MAX_THREADS: usize = 1024;
 /// Same as the usual main thread's: shaders of plug-ins run on workers.
 const STACK_BYTES: usize = 8 << 20;
 
+/// What threads of Rust programs have.
+const ASIDE_STACK_BYTES: usize = 2 << 20;
+
 /// Why no pool could be started.
 #[derive(Debug)]
 pub struct ThreadError {
@@ -173,16 +176,34 @@ impl Workers {
     /// Ends the workers after their jobs and waits for them; from a worker itself it cannot wait.
     fn end(self) {
         let Workers { pool, handles, .. } = self;
+        let is_worker = pool.current_thread_index().is_some();
         drop(pool);
-        let handles = handles.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let me = std::thread::current().id();
-        if handles.iter().any(|h| h.thread().id() == me) {
+        if is_worker {
             return;
         }
+        let handles = handles.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
         for handle in handles {
             let _ = handle.join();
         }
     }
+}
+
+/// Runs `f` on a thread of its own and waits for it; an inner error is the panic of `f`. For what needs more stack than an
+/// application's thread may have, and must not wait for the pool.
+///
+/// # Errors
+/// The system refuses a thread.
+pub fn aside<R: Send>(f: impl FnOnce() -> R + Send) -> Result<std::thread::Result<R>, ThreadError> {
+    std::thread::scope(|scope| {
+        let body = || {
+            float_environment::set_default();
+            f()
+        };
+        let thread = std::thread::Builder::new().name("openrt-aside".into()).stack_size(ASIDE_STACK_BYTES);
+        let thread = thread.spawn_scoped(scope, body);
+        let thread = thread.map_err(|error| ThreadError { threads: 1, cause: error.to_string() })?;
+        Ok(thread.join())
+    })
 }
 
 fn threads_from_environment() -> Option<usize> {

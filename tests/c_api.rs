@@ -33,6 +33,11 @@ fn every_call_obeys_the_error_rules() {
 }
 
 #[test]
+fn texts_live_on_and_say_what_was_wrong() {
+    passes("texts", Link::Static, no_arguments);
+}
+
+#[test]
 fn contexts_and_threads() {
     passes("threads", Link::Static, no_arguments);
 }
@@ -43,6 +48,22 @@ fn scene_files() {
     passes("scenes", Link::Static, |dir| {
         vec![dir.to_owned(), Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/every.aff")]
     });
+}
+
+/// Nothing is written to the standard error: no panic was caught on the way.
+#[test]
+fn contexts_are_destroyed_at_exit() {
+    let Some(dir) = c::scratch("c_atexit") else { return };
+    for link in [Link::Static, Link::Shared] {
+        let program = c::build(&[Path::new("tests/c/atexit.c")], &dir.join(format!("atexit_{link:?}")), link);
+        let ended = c::outcome(Command::new(program).current_dir(&dir));
+        assert_eq!(ended, (Some(0), "after exit\n".to_owned(), String::new()));
+    }
+}
+
+#[test]
+fn image_files_need_no_stack() {
+    passes("small_stack", Link::Static, no_arguments);
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! The `openrt` program from end to end: pictures in every format, statistics, exit codes.
 
 use image::{AnimationDecoder, GenericImageView};
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 struct Folder(PathBuf);
@@ -70,7 +71,7 @@ fn differing(a: &image::RgbaImage, b: &image::RgbaImage) -> usize {
 fn renders_every_format_of_scene_and_picture() {
     let folder = Folder::new();
     for scene in ["every.aff", "box.obj", "quad.ply", "moving.gltf"] {
-        for kind in ["png", "jpg", "exr"] {
+        for kind in ["png", "jpg", "exr", "hdr", "ppm"] {
             let out = folder.path(&format!("{scene}.{kind}"));
             let text = ok(&["render", &data(scene), "--size", "48x36", "--out", &out]);
             assert!(text.contains("Mrays/s") && text.contains("update") && text.contains("render"), "{text}");
@@ -140,7 +141,8 @@ fn things_move_between_frames() {
     let pattern = folder.path("run/f%03d.png");
     let text = ok(&["play", &data("every.aff"), "--frames", "0..21:10", "--size", "64x48", "--out", &pattern]);
     assert_eq!(text.lines().filter(|l| l.starts_with("frame ")).count(), 3, "{text}");
-    assert!(text.contains("3 frames in"), "{text}");
+    assert!(text.contains("3 frames in") && text.contains("frames per second") && text.contains("median"), "{text}");
+    assert!(text.contains(&format!("written to {pattern}\n")), "can be typed again: {text}");
     let frames: Vec<_> = ["000", "010", "020"].map(|n| open(&folder.path(&format!("run/f{n}.png")))).into();
     assert!(differing(&frames[0], &frames[1]) > 50 && differing(&frames[1], &frames[2]) > 50);
     // A frame of `play` is the picture of `render` at that frame, and at its time.
@@ -193,6 +195,173 @@ fn a_range_beyond_the_end_is_cut() {
     let text =
         ok(&["play", &data("every.aff"), "--frames", "0..800:15", "--size", "8x6", "--out", &folder.path("f%d.png")]);
     assert!(text.contains("the animation ends with frame 20") && text.contains("2 frames in"), "{text}");
+}
+
+/// Output of a run that must succeed, with `input` on its standard input.
+fn piped(args: &[&str], input: &[u8]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_openrt"));
+    command.args(args).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("the program starts");
+    // One that does not read its input ends by itself.
+    let _ = child.stdin.take().expect("piped").write_all(input);
+    let output = child.wait_with_output().expect("the program ends");
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+#[test]
+fn minus_is_the_standard_input_and_output() {
+    let folder = Folder::new();
+    for scene in ["moving.gltf", "box.obj", "quad.ply"] {
+        let out = folder.path("file.png");
+        ok(&["render", &data(scene), "--size", "24x18", "--out", &out, "--quiet"]);
+        let bytes = std::fs::read(data(scene)).unwrap();
+        let output = piped(&["render", "-", "--size", "24x18", "--out", "-"], &bytes);
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(text.contains("-: ") && text.contains("written to -"), "{text}");
+        let picture = image::load_from_memory(&output.stdout).expect("nothing but the picture").to_rgba8();
+        // What the scene names beside itself is not found from there.
+        if !text.contains("warning") {
+            assert_eq!(differing(&picture, &open(&out)), 0, "{scene}");
+        }
+    }
+    // One picture after the other, as programs that make films take them.
+    let output = piped(
+        &["play", &data("every.aff"), "--frames", "0..3", "--size", "8x6", "--out", "-", "--kind", "ppm", "--quiet"],
+        b"",
+    );
+    let frame = b"P6\n8 6\n255\n".len() + 8 * 6 * 3;
+    assert_eq!(output.stdout.len(), 3 * frame);
+    assert!(output.stdout.chunks(frame).all(|f| f.starts_with(b"P6\n8 6\n255\n")) && output.stderr.is_empty());
+    assert!(
+        fails(&["render", &data("every.aff"), "--out", "-", "--json"], 1).contains("both want the standard output")
+    );
+}
+
+#[test]
+fn json_is_one_object() {
+    let folder = Folder::new();
+    let parsed = |args: &[&str]| -> serde_json::Value { serde_json::from_str(&ok(args)).expect("one object") };
+    let out = folder.path("f%02d.png");
+    let play = parsed(&["play", &data("every.aff"), "--frames", "0..3", "--size", "8x6", "--out", &out, "--json"]);
+    assert_eq!(play["frames"].as_array().map(Vec::len), Some(3));
+    assert_eq!((&play["summary"]["frames"], &play["width"], &play["written"]), (&3.into(), &8.into(), &out.into()));
+    for number in ["seconds", "frames_per_second", "median_ms", "slowest_ms", "rays", "rays_per_second"] {
+        assert!(play["summary"][number].as_f64().is_some_and(|n| n > 0.0), "{number}: {play}");
+    }
+    assert_eq!(play["frames"][2]["primary_rays"], 48);
+    let info = parsed(&["info", &data("every.aff"), "--json", "--long"]);
+    assert_eq!(info["animation"]["frames"], 21);
+    assert!(info["triangles"].as_u64().is_some_and(|n| n > 0) && info["object_names"].is_array(), "{info}");
+}
+
+#[test]
+fn shells_complete_the_command_line() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = ok(&["completions", shell]);
+        assert!(script.contains("openrt") && script.contains("strategy") && script.contains("play"), "{shell}");
+    }
+}
+
+#[test]
+fn what_lies_beyond_the_animation_is_told() {
+    let folder = Folder::new();
+    let render = |scene: &str, more: &[&str]| {
+        let (scene, out) = (data(scene), folder.path("b.png"));
+        let mut args = vec!["render", &scene, "--size", "8x6", "--out", &out];
+        args.extend(more);
+        ok(&args)
+    };
+    assert!(render("every.aff", &["--time", "99"]).contains("the animation goes from 0 s to 2 s"));
+    assert!(!render("every.aff", &["--time", "2"]).contains("the animation goes"));
+    assert!(render("box.obj", &["--time", "1"]).contains("no animation"));
+    assert!(render("box.obj", &["--frame", "7"]).contains("no animation"));
+    assert!(!render("box.obj", &["--frame", "0"]).contains("no animation"));
+}
+
+#[test]
+fn an_animation_is_chosen_by_name_or_number() {
+    let folder = Folder::new();
+    let file = std::fs::read_to_string(data("moving.gltf")).unwrap();
+    let mut file: serde_json::Value = serde_json::from_str(&file).unwrap();
+    // A second one, which moves the same node to elsewhere.
+    let mut second = file["animations"][0].clone();
+    file["animations"][0]["name"] = "walk".into();
+    second["name"] = "stand".into();
+    second["channels"].as_array_mut().unwrap().truncate(1);
+    second["channels"][0]["target"]["node"] = 0.into();
+    let mut third = second.clone();
+    third["name"] = "both".into();
+    file["animations"].as_array_mut().unwrap().extend([second, third]);
+    let scene = folder.path("three.gltf");
+    std::fs::write(&scene, file.to_string()).unwrap();
+    let picture = |more: &[&str]| {
+        let out = folder.path("c.png");
+        let mut args = vec!["render", &scene, "--frame", "1", "--size", "32x24", "--out", &out, "--quiet"];
+        args.extend(more);
+        ok(&args);
+        open(&out)
+    };
+    let first = picture(&[]);
+    assert_eq!(first, picture(&["--animation", "0"]));
+    let other = picture(&["--animation", "1"]);
+    assert_ne!(first, other);
+    assert_eq!(other, picture(&["--animation", "both"]));
+    let text = fails(&["info", &scene, "--animation", "run"], 1);
+    assert!(text.contains("there is no animation run") && text.contains("both"), "{text}");
+    let text = fails(&["info", &data("box.obj"), "--animation", "0"], 1);
+    assert!(text.contains("no animations"), "{text}");
+}
+
+/// What an overview shows is whole, however narrow the picture.
+#[test]
+fn overviews_fit_narrow_pictures() {
+    let folder = Folder::new();
+    let lit = |size: &str| {
+        let out = folder.path("n.png");
+        ok(&["render", &data("quad.ply"), "--size", size, "--out", &out, "--quiet"]);
+        let picture = open(&out);
+        let (width, height) = picture.dimensions();
+        // The sky is pale, and the mesh is not. The border shows the sky: nothing is cut off.
+        let border = (0..width).flat_map(|x| [(x, 0), (x, height - 1)]);
+        let border = border.chain((0..height).flat_map(|y| [(0, y), (width - 1, y)]));
+        let is_mesh = |&image::Rgba([r, g, b, _]): &image::Rgba<u8>| r.max(g).max(b) - r.min(g).min(b) > 100;
+        assert_eq!(border.filter(|&(x, y)| is_mesh(picture.get_pixel(x, y))).count(), 0, "{size}");
+        picture.pixels().filter(|p| is_mesh(p)).count()
+    };
+    assert!(lit("40x40") > 40);
+    assert!(lit("40x160") > 40);
+    assert!(lit("160x40") > 40);
+}
+
+/// Killed or refused in the middle of writing, a run leaves the file that was there.
+#[cfg(unix)]
+#[test]
+fn old_files_stay_until_new_ones_are_whole() {
+    let folder = Folder::new();
+    for (name, refused) in [("a.png", true), ("a.ppm", false), ("a.exr", true), ("a.gif", true), ("a.apng", false)] {
+        let out = folder.path(name);
+        std::fs::write(&out, "old").unwrap();
+        let verb = if name.ends_with("gif") || name.ends_with("apng") { "play" } else { "render" };
+        // A block is 512 or 1024 bytes; the picture takes more. Unless it is ignored, the signal kills.
+        let trap = if refused { "trap '' XFSZ; " } else { "" };
+        let line = format!(
+            "{trap}ulimit -c 0; ulimit -f 8; exec {} {verb} {} --size 320x240 --out {out} --quiet",
+            env!("CARGO_BIN_EXE_openrt"),
+            data("moving.gltf"),
+        );
+        let output = Command::new("sh").args(["-c", &line]).output().expect("sh");
+        assert_eq!(output.status.code(), refused.then_some(1), "{name}: {output:?}");
+        assert_eq!(std::fs::read(&out).unwrap(), b"old", "{name}");
+        if refused {
+            let text = String::from_utf8_lossy(&output.stderr);
+            assert!(text.contains(name) && text.contains("large"), "{text}");
+        }
+    }
+    let left = std::fs::read_dir(&folder.0)
+        .unwrap()
+        .filter(|e| e.as_ref().unwrap().file_name().to_str().unwrap().starts_with(".openrt-"));
+    assert_eq!(left.count(), 2, "only those that were killed left something");
 }
 
 #[test]
@@ -261,5 +430,8 @@ fn what_cannot_be_done_ends_with_1() {
     assert!(fails(&["render", &scene, "--frame", "21", "--out", &out], 1).contains("frames 0 to 20"));
     assert!(fails(&["play", &scene, "--frames", "30..50", "--out", &out], 1).contains("frames 0 to 20"));
     assert!(fails(&["render", &scene, "--out", "/proc/none/x.png"], 1).contains("/proc/none"));
-    assert!(fails(&["render", &scene, "--eye", "0,1,0", "--at", "0,1,0", "--out", &out], 1).contains("look_at"));
+    assert!(
+        fails(&["render", &scene, "--eye", "0,1,0", "--at", "0,1,0", "--out", &out], 1)
+            .contains("eye and center must be apart")
+    );
 }

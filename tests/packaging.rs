@@ -72,8 +72,7 @@ fn lopenrt_by_pkg_config() {
     if !c::have("pkg-config") {
         return;
     }
-    let mut flags = pkg_config(prefix, &["--cflags", "--libs", "openrt"]);
-    flags.push(format!("-Wl,-rpath,{}/lib", prefix.display()));
+    let flags = pkg_config(prefix, &["--cflags", "--libs", "openrt"]);
     let program = compile_and_run(&program("plain.c", "", ""), &flags);
     assert!(needed(&program).contains("[libopenrt.so.0]"));
     assert_eq!(pkg_config(prefix, &["--modversion", "openrt"]), [env!("CARGO_PKG_VERSION")]);
@@ -107,7 +106,6 @@ fn system_librt_beside_ours() {
     // The system's -lrt first, in its own words; then ours.
     let mut flags = vec!["-lrt".to_owned()];
     flags.extend(pkg_config(prefix, &["--cflags", "--libs", "openrt"]));
-    flags.push(format!("-Wl,-rpath,{}/lib", prefix.display()));
     flags.push("-lrt".to_owned());
     compile_and_run(&program("both_plain.c", includes, body), &flags);
     let flags = pkg_config(prefix, &["--cflags", "--libs", "openrt-librt"]);
@@ -198,7 +196,8 @@ fn installed_files_are_complete_and_go_away() {
         assert!(!text.contains('@'), "{file}: {text}");
         for line in text.lines().filter(|l| l.contains("IMPORTED_LOCATION")) {
             let path = line.split('"').nth(1).expect("a path in quotes");
-            assert!(Path::new(path).is_file(), "{file}: {path}");
+            let path = path.replace("${OpenRT_PREFIX}", &prefix.display().to_string());
+            assert!(Path::new(&path).is_file(), "{file}: {path}");
         }
     }
 
@@ -214,9 +213,140 @@ fn installed_files_are_complete_and_go_away() {
         assert!(!Path::new("/opt/openrt-that-is-not-there").exists());
         let pc = stage.join("opt/openrt-that-is-not-there/lib/pkgconfig/openrt.pc");
         if left {
-            assert!(fs::read_to_string(pc).expect("staged").contains("prefix=/opt/openrt-that-is-not-there\n"));
+            let pc = fs::read_to_string(pc).expect("staged");
+            assert!(!pc.contains(&stage.display().to_string()), "{pc}");
         }
     }
+}
+
+/// Packages of the system lie where the loader looks, and their files are found through links such as /lib → /usr/lib.
+#[test]
+fn system_packages_have_absolute_paths_and_no_rpath() {
+    let Some(prefix) = &*PREFIX else { return };
+    let (stage, built) = (prefix.with_file_name("system"), prefix.with_file_name("built"));
+    let lib = "usr/lib/x86_64-linux-gnu";
+    let arguments = [
+        "PREFIX=/usr".to_owned(),
+        format!("LIBDIR=/{lib}"),
+        format!("DESTDIR={}", stage.display()),
+        format!("BUILD={}", built.display()),
+    ];
+    c::run(Command::new("make").args(["-C", "include", "install"]).args(arguments).env_remove("MAKEFLAGS"));
+    let pc = fs::read_to_string(stage.join(lib).join("pkgconfig/openrt.pc")).expect("staged");
+    assert!(pc.contains("prefix=/usr\n") && pc.contains("libdir=${prefix}/lib/x86_64-linux-gnu\n"), "{pc}");
+    assert!(!pc.contains("rpath"), "{pc}");
+    let cmake = fs::read_to_string(stage.join(lib).join("cmake/OpenRT/OpenRTConfig.cmake")).expect("staged");
+    assert!(cmake.contains("get_filename_component(OpenRT_PREFIX \"/usr\" ABSOLUTE)"), "{cmake}");
+}
+
+/// A relative prefix counts from where the command is typed, whatever folder make goes to; and an installed tree can be moved.
+#[test]
+fn relative_prefix_and_moved_tree() {
+    let Some(prefix) = &*PREFIX else { return };
+    let dir = prefix.with_file_name("typed");
+    let built = prefix.with_file_name("built");
+    fs::create_dir_all(&dir).expect("scratch");
+    for (from, lib, to) in [("include", "lib", "moved"), ("c_examples", "lib/deep/er", "moved_deep")] {
+        // A library that is built is installed without cargo, as root may lack it.
+        let target = dir.join("target");
+        let _ = fs::remove_file(target.join("release"));
+        fs::create_dir_all(&target).expect("scratch");
+        std::os::unix::fs::symlink(&built, target.join("release")).expect("a link can be made");
+        let line = format!(
+            "cd {} && make -C {}/{from} install PREFIX=here LIBDIR=here/{lib} BUILD={} CARGO=cargo-that-is-not-there CARGO_TARGET_DIR={}",
+            dir.display(),
+            env!("CARGO_MANIFEST_DIR"),
+            built.display(),
+            target.display()
+        );
+        let said = c::run(Command::new("sh").args(["-c", &line]).env_remove("MAKEFLAGS"));
+        assert!(said.contains(&format!("is in {}/here/{lib}", dir.display())), "{said}");
+        let moved = prefix.with_file_name(to);
+        let _ = fs::remove_dir_all(&moved);
+        fs::rename(dir.join("here"), &moved).expect("a tree can be moved");
+        if c::have("pkg-config") {
+            let path = moved.join(lib).join("pkgconfig");
+            for package in ["openrt", "openrt-librt"] {
+                let mut command = Command::new("pkg-config");
+                command.args(["--cflags", "--libs", package]).env("PKG_CONFIG_PATH", &path);
+                let flags: Vec<String> = c::run(&mut command).split_whitespace().map(str::to_owned).collect();
+                compile_and_run(&program(&format!("{to}_{package}.c"), "", ""), &flags);
+            }
+        }
+        for file in ["pkgconfig/openrt.pc", "pkgconfig/openrt-librt.pc", "cmake/OpenRT/OpenRTConfig.cmake"] {
+            let text = fs::read_to_string(moved.join(lib).join(file)).expect(file);
+            assert!(!text.contains(&dir.display().to_string()), "{file}: {text}");
+        }
+    }
+}
+
+#[test]
+fn nothing_is_installed_before_it_is_built() {
+    let Some(prefix) = &*PREFIX else { return };
+    let nowhere = prefix.with_file_name("not_built");
+    for from in ["include", "c_examples"] {
+        let mut make = Command::new("make");
+        make.args(["-C", from, "install", "CARGO=cargo-that-is-not-there"]).env_remove("MAKEFLAGS");
+        make.arg(format!("PREFIX={}", nowhere.display())).arg(format!("CARGO_TARGET_DIR={}", nowhere.display()));
+        let (status, _, err) = c::outcome(&mut make);
+        assert!(status != Some(0) && err.contains("first"), "{from}: {err}");
+        assert_eq!(count_files(&nowhere), 0);
+    }
+}
+
+/// The Makefile of the examples, in a copy of its folder, with each compiler that is there.
+#[test]
+fn examples_link_with_every_compiler() {
+    let Some(prefix) = &*PREFIX else { return };
+    let tree = prefix.with_file_name("tree");
+    let release = tree.join("target/release");
+    fs::create_dir_all(tree.join("c_examples")).expect("scratch");
+    fs::create_dir_all(release.parent().expect("target")).expect("scratch");
+    let link = |from: &Path, to: &Path| {
+        let _ = fs::remove_file(to);
+        std::os::unix::fs::symlink(from, to).expect("a link can be made");
+    };
+    link(&prefix.with_file_name("built"), &release);
+    link(&Path::new(env!("CARGO_MANIFEST_DIR")).join("include"), &tree.join("include"));
+    for entry in fs::read_dir("c_examples").expect("c_examples is there") {
+        let path = entry.expect("a folder can be listed").path();
+        if path.is_file() {
+            fs::copy(&path, tree.join(&path)).expect("scratch");
+        }
+    }
+    let zig = if c::have("zig") { "zig" } else { "python3 -m ziglang" };
+    for (probe, cc, cxx) in [
+        ("clang --version", "clang", "clang++"),
+        // Its first C++ program would have it build a library for minutes.
+        (&*format!("{zig} version"), &*format!("{zig} cc"), "no-c++"),
+    ] {
+        if c::outcome(Command::new("sh").args(["-c", probe])).0 != Some(0) {
+            c::skipped(format_args!("examples by {cc}, which is not there"));
+            continue;
+        }
+        let mut make = Command::new("make");
+        make.current_dir(tree.join("c_examples")).args(["-B", "CARGO=true", "CARGO_TARGET_DIR=../target"]);
+        make.arg(format!("CC={cc}")).arg(format!("CXX={cxx}")).env_remove("MAKEFLAGS");
+        c::run(&mut make);
+        let picture = tree.join("triangle.png");
+        let _ = fs::remove_file(&picture);
+        c::run(Command::new(tree.join("c_examples/build/triangle")).args(["--size", "32x24", "--out"]).arg(&tree));
+        assert!(picture.is_file(), "{cc}");
+    }
+}
+
+/// Rust programs that depend on the crate link neither of the C libraries, and without its features it needs three crates.
+#[test]
+fn rust_programs_link_no_c_library() {
+    let cargo = || Command::new(env!("CARGO"));
+    let metadata = c::run(cargo().args(["metadata", "--no-deps", "--format-version", "1", "--offline"]));
+    let lib = metadata.split("{\"kind\":[").filter(|t| t.contains("/src/lib.rs"));
+    let kinds: Vec<&str> = lib.map(|t| t.split(']').next().expect("a list ends")).collect();
+    assert_eq!(kinds, ["\"lib\""], "crate types of openrt");
+    let tree = ["tree", "-p", "openrt", "--no-default-features", "-e", "normal", "--depth", "1", "--prefix", "none"];
+    let tree = c::run(cargo().args(tree).arg("--offline"));
+    let needed: Vec<&str> = tree.lines().skip(1).filter_map(|line| line.split(' ').next()).collect();
+    assert_eq!(needed, ["glam", "libc", "rayon"]);
 }
 
 fn count_files(dir: &Path) -> usize {

@@ -92,8 +92,8 @@ fn table() -> Vec<(&'static str, Call, [ErrorCode; 3])> {
         ("scale(1)", |c| c.scale(DVec3::ONE), [OK, OP, OK]),
         ("rotate(0 axis)", |c| c.rotate(1.0, DVec3::ZERO), [VAL, OP, VAL]),
         ("rotate(inf)", |c| c.rotate(f64::INFINITY, DVec3::X), [VAL, OP, VAL]),
-        ("instantiate_object(unknown)", |c| c.instantiate_object(99), [VAL, OP, OP]),
-        ("instantiate_object(0)", |c| c.instantiate_object(0), [VAL, OP, OP]),
+        ("instantiate_object(unknown)", |c| c.instantiate_object(99), [VAL, OP, VAL]),
+        ("instantiate_object(0)", |c| c.instantiate_object(0), [VAL, OP, VAL]),
         ("use_light(unknown)", |c| c.use_light(99), [VAL, OP, VAL]),
         ("use_light(surface)", |c| c.use_light(2), [OP, OP, OP]),
         ("use_light(twice)", |c| c.use_light(1), [OP, OP, OP]),
@@ -411,8 +411,11 @@ fn binding_a_class_unbinds_the_shader_and_back() {
     assert_eq!(cx.get_parameter(color).unwrap(), ParamValue::Float([0.1, 0.2, 0.3, 0.0]));
     cx.parameter_raw(color, &[0; 12]).unwrap();
     assert_eq!(cx.get_parameter(color).unwrap(), ParamValue::Float([0.0; 4]));
-    // A second naming of the class has handles of its own.
-    cx.gen_new_shader_class("diffuse").unwrap();
+    // A class has one name, and so its handles are good for all its shaders.
+    assert_eq!(cx.gen_new_shader_class("diffuse").unwrap(), class);
+    cx.gen_new_shader().unwrap();
+    cx.parameter_f(color, &[0.1, 0.2, 0.3]).unwrap();
+    cx.gen_new_shader_class("phong").unwrap();
     cx.gen_new_shader().unwrap();
     assert_eq!(code_of(cx.parameter_f(color, &[0.1, 0.2, 0.3])), InvalidOperation);
 }

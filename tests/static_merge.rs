@@ -60,7 +60,7 @@ fn change(world: &mut World, random: &mut Random, frame: u32) {
     match frame {
         // Long enough to be merged before the first change.
         0..=7 => {}
-        8 => world.scene.apply(Command::DeleteObjects { first: 1, count: 1 }),
+        8 => world.scene.apply(Command::DeleteObject { name: 1 }),
         9 => world.scene.apply(Command::DefineObject { name: 7, mesh: meshes::icosphere(1), motion: Motion::Static }),
         10 => {
             let i = at(world, 12).expect("it is there");
@@ -242,7 +242,7 @@ fn memory_is_that_of_one_tree() {
     built.force_strategy(Some(Strategy::Sah));
     built.set_merging(Merging::AtOnce);
     pool.install(|| built.update(&world.scene, &world.instances));
-    world.scene.apply(Command::DeleteObjects { first: 1, count: PARTS });
+    (1..=PARTS).for_each(|name| world.scene.apply(Command::DeleteObject { name }));
     let stats = pool.install(|| built.update(&world.scene, &world.instances));
     assert_eq!((stats.merged_instances, built.merged().is_none()), (0, true));
     assert!(stats.bytes < apart / 2, "{} bytes after the end, {apart} at the beginning", stats.bytes);

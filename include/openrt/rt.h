@@ -128,8 +128,9 @@ typedef struct RTlightSample {
 } RTlightSample;
 
 /**
- * Stores at sample the light that arrives at the world-space point position (three floats) and returns
- * RT_TRUE; or returns RT_FALSE where the light does not shine. Rules as for RTshadeFunction.
+ * Stores at sample the light that arrives at the point position (three floats) and returns RT_TRUE; or returns
+ * RT_FALSE where the light does not shine. Point and answer are in the space of the light: that of the world, moved by
+ * the matrix that rtUseLight() was called with. Rules as for RTshadeFunction.
  */
 typedef RTboolean (*RTilluminateFunction)(const void *params, void *userData, const RTfloat *position,
     struct RTlightSample *sample);
@@ -486,7 +487,7 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
  */
 #define RT_ROTATE 0x6017
 /**
- * Update strategy: uniform grid, made anew when the geometry changes (Larsson and Akenine-Moeller 2003), for triangles
+ * Update strategy: grid of grids, made anew when the geometry changes (Larsson and Akenine-Moeller 2003), for triangles
  * of like size that move without any order.
  */
 #define RT_GRID 0x6018
@@ -734,6 +735,8 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_INSTANCE_COUNT 0x60A7
 /** State: the clear colour. */
 #define RT_COLOR_CLEAR_VALUE 0x0C22
+/** See rtAmbientLight(): 3 numbers. */
+#define RT_AMBIENT_LIGHT 0x0B53
 /** State: the viewport. */
 #define RT_VIEWPORT 0x0BA2
 /** State: width and height of the frame buffer; 0 before there is one. */
@@ -854,7 +857,7 @@ RTAPI void rtInit(int *argc, char **argv);
 
 /**
  * Ends what rtInit() began: destroys the initial context with everything in it, as rtDestroyContext() does.
- * rtInit() may be called again.
+ * rtInit() may be called again. It may be given to atexit(): a program that ends lets go of its contexts before.
  *
  * Errors: RT_INVALID_OPERATION without rtInit(), or when the initial context is current on another thread.
  */
@@ -899,9 +902,9 @@ RTAPI RTuint rtGetCurrentContext(void);
 RTAPI RTenum rtGetError(void);
 
 /**
- * A text for people. If error is what rtGetError() returned last on this thread, the text says what exactly
- * was wrong; otherwise it names the error. It never returns NULL. The text belongs to the library and is valid
- * until the next rtGetError() on this thread.
+ * A text for people. If error is what rtGetError() returned last on this thread, the text says what exactly was
+ * wrong, as "rtInstantiateObject: there is no object 77"; otherwise, and after a megabyte of different texts, it
+ * names the error. It never returns NULL. The text belongs to the library and is valid until the process ends.
  */
 RTAPI const char *rtGetErrorString(RTenum error);
 
@@ -964,7 +967,7 @@ RTAPI void rtTopLevel(RTenum structure);
  * Stores the value of a piece of state at params, which must have room for as many numbers as it has:
  *
  * 16 for RT_MATRIX (column by column); 4 for RT_CURRENT_COLOR, RT_CURRENT_TEXTURE_COORDS, RT_COLOR_CLEAR_VALUE
- * and RT_VIEWPORT (x, y, width, height); 3 for RT_CURRENT_NORMAL; 2 for RT_FRAME_SIZE; RT_LIGHT_COUNT many for
+ * and RT_VIEWPORT (x, y, width, height); 3 for RT_CURRENT_NORMAL and RT_AMBIENT_LIGHT; 2 for RT_FRAME_SIZE; RT_LIGHT_COUNT many for
  * RT_LIGHTS; 1 for everything else: RT_MATRIX_STACK_DEPTH, RT_MAX_MATRIX_STACK_DEPTH, RT_CURRENT_OBJECT,
  * RT_CURRENT_OBJECT_MODE, RT_SHADER_CLASS_BINDING, RT_SHADER_BINDING, RT_TEXTURE_BINDING_2D, RT_CAMERA,
  * RT_ENVIRONMENT, RT_CURRENT_RENDERING_OBJECT, RT_LIGHT_COUNT, RT_INSTANCE_COUNT, RT_MAX_FRAME_SIZE,
@@ -991,8 +994,7 @@ RTAPI void rtGetBooleanv(RTenum pname, RTboolean *params);
 /**
  * Returns a text about the library: RT_VENDOR, RT_VERSION (major.minor.patch), RT_RENDERER (the rendering
  * object in use), RT_SIMD_LEVEL (the instruction set in use) or RT_BACKEND (who executes frames); NULL on
- * failure. The text belongs to the library and is valid until the next call of a function that returns a text,
- * in this context.
+ * failure. The text belongs to the library and is valid until the process ends.
  *
  * Errors: RT_INVALID_ENUM for another name, RT_INVALID_OPERATION between rtBegin() and rtEnd().
  */
@@ -1711,28 +1713,77 @@ RTAPI void rtScaled(RTdouble x, RTdouble y, RTdouble z);
  * Places an object in the frame being assembled, with the current matrix. Instances hold for one frame: all
  * are gone when it has started.
  *
- * Errors: RT_INVALID_VALUE when there is no such object; RT_INVALID_OPERATION between rtBegin() and rtEnd(),
- * between rtNewObject() and rtEndObject(), and when the last row of the current matrix is not 0 0 0 1;
- * RT_OUT_OF_MEMORY.
+ * Between rtNewObject() and rtEndObject() it makes the object part of the one that is being defined, with the
+ * current matrix, as glCallList() does between glNewList() and glEndList(). Objects may have triangles and parts,
+ * and parts may have parts, as deep as memory allows. Parts are named, not copied: one that is defined anew shows
+ * from the next frame on wherever it is a part, one that is deleted shows nothing until an object of its name is
+ * defined. Hits and RT_OBJECT_ID name the innermost object, whose triangle was hit; their instance is the one that
+ * was placed in the frame.
+ *
+ * A matrix that flattens the object, as rtScalef(1, 1, 0) does, shows it flat; that takes memory and time for each
+ * such instance, as does one that is smaller than 1e-12 of its object.
+ *
+ * Errors: RT_INVALID_VALUE when there is no such object, or the matrix has an element above 1.844e18, the largest
+ * coordinate; RT_INVALID_OPERATION between rtBegin() and rtEnd(), when the last row of the current matrix is not
+ * 0 0 0 1, or when the object would become a part of itself; RT_OUT_OF_MEMORY.
  */
 RTAPI void rtInstantiateObject(RTuint object);
 
 /**
  * Which rays see the instances placed from now on, as 32 bits: those whose own mask has a bit in common with it and with the object's RT_MASK (see
- * rtObjectParameteri()). All bits are set at first. It stays from frame to frame.
+ * rtObjectParameteri()). All bits are set at first. It stays from frame to frame. A part of an object that is placed keeps the mask that it was given there,
+ * and the mask of the whole counts for it, too.
  *
  * Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd().
  */
 RTAPI void rtInstanceMask(RTbitfield mask);
 
 /**
+ * Places an object n times: once for each of the n matrices at matrices, which is multiplied on the current matrix
+ * as by rtMultMatrixf(). A matrix is 16 numbers, column by column; from one to the next it is stride bytes, or 64
+ * when stride is 0. The current matrix stays. As rtInstantiateObject() many times, but all are placed or none.
+ *
+ * Errors: as rtInstantiateObject(); RT_INVALID_VALUE also when n is negative, stride is neither 0 nor at least 64,
+ * matrices is NULL, or a number is not finite.
+ */
+RTAPI void rtInstantiateObjects(RTuint object, RTsizei n, const RTfloat *matrices, RTsizei stride);
+
+/**
+ * Begins a new frame without rendering the one that was being assembled: its instances are dropped, and what was
+ * drawn outside objects. Lights, camera and all else that persists from frame to frame stay. rtCommitScene() keeps
+ * the instances, so a program that only asks rays places them, commits, asks, and calls this before it places them
+ * anew.
+ *
+ * Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject();
+ * RT_OUT_OF_MEMORY.
+ */
+RTAPI void rtClearInstances(void);
+
+/**
  * Lets a shader of a light class shine in the frame being assembled and those after it, until a later frame
  * names lights of its own. 0 takes all lights away.
  *
- * Errors: RT_INVALID_VALUE when there is no such shader; RT_INVALID_OPERATION when it is not a light, is used
- * in this frame already, or between rtBegin() and rtEnd().
+ * The current matrix is applied to its position and direction and to the edges of an area, as OpenGL applies it in
+ * glLightfv(GL_POSITION); the parameters keep their values, so the same shader may be used several times in a
+ * frame, each time with another matrix. The radius of a sphere changes with the cube root of the matrix's
+ * determinant; attenuation is by distance in the world.
+ *
+ * Errors: RT_INVALID_VALUE when there is no such shader, or the matrix has an element above 1.844e18;
+ * RT_INVALID_OPERATION when the shader is not a light, is used in this frame already with this matrix, when the last
+ * row of the matrix is not 0 0 0 1, when it has no inverse and the light is a function of the application's, or
+ * between rtBegin() and rtEnd().
  */
 RTAPI void rtUseLight(RTuint shader);
+
+/**
+ * Sets the light that comes from everywhere, as glLightModelfv(GL_LIGHT_MODEL_AMBIENT) does: a surface reflects its
+ * parameter ambient of it, and of lights of class ambient. Linear, not clamped. Before the first call it is 0.2 in
+ * frames without lights of class ambient, and only surfaces reflect it whose ambient was set. The rendering object
+ * path computes the light that this stands for, and leaves it out.
+ *
+ * Errors: RT_INVALID_VALUE when a number is not finite, RT_INVALID_OPERATION between rtBegin() and rtEnd().
+ */
+RTAPI void rtAmbientLight(RTfloat red, RTfloat green, RTfloat blue);
 
 /**
  * Looks through a shader of a camera class from the frame being assembled on. 0 goes back to the camera of
@@ -1841,8 +1892,8 @@ RTAPI void rtClearColor(RTfloat red, RTfloat green, RTfloat blue, RTfloat alpha)
  *   directional       direction 3f 0 0 -1; color 3f 1 1 1
  *   spot              position 3f 0 0 0; direction 3f 0 0 -1; color 3f 1 1 1; attenuation 3f 1 0 0; cutoff 1f 45;
  *                     penumbra 1f 0; exponent 1f 0
- *   area              shape string "rectangle"; position 3f 0 0 0; edge_u 3f 1 0 0; edge_v 3f 0 0 1; radius 1f 0.5;
- *                     color 3f 1 1 1; attenuation 3f 1 0 0; samples 1i 16
+ *   area              shape string "rectangle" (or "disc", "sphere"); position 3f 0 0 0; edge_u 3f 1 0 0;
+ *                     edge_v 3f 0 0 1; radius 1f 0.5; color 3f 1 1 1; attenuation 3f 1 0 0; samples 1i 16
  *
  * Cameras, for rtUseCamera()
  *   pinhole           eye 3f 0 0 0; center 3f 0 0 -1; up 3f 0 1 0; fov 1f 60; aspect 1f 0; window 4f 0 0 0 0
@@ -1867,7 +1918,7 @@ RTAPI void rtClearColor(RTfloat red, RTfloat green, RTfloat blue, RTfloat alpha)
  * Returns a name for a shader class, and binds the class; 0 on failure. With file NULL the class is one of
  * those that the library brings, which the table before this function lists. Otherwise file is the path of a
  * shader library that exports the function openrtQueryShaderClass (see RTqueryShaderClass); the library stays
- * loaded until the process ends.
+ * loaded until the process ends. Asked again for the same class of the same file, it returns the same name.
  *
  * A shader library calls the rts functions of the program's own openrt: link it against libopenrt.so, or, if
  * the program contains libopenrt.a, link the program with -rdynamic and the shader library against nothing.
@@ -1953,8 +2004,8 @@ RTAPI void rtGetShaderClassiv(RTuint shaderClass, RTenum pname, RTint *params);
 RTAPI void rtGetShaderClassParameteriv(RTuint shaderClass, RTuint index, RTenum pname, RTint *params);
 
 /**
- * Returns the name of a shader class; NULL on failure. The text is valid until the next call of this function
- * or of another that returns a name in this context. Errors: as rtGetShaderClassiv().
+ * Returns the name of a shader class; NULL on failure. The text is valid until the process ends. Errors: as
+ * rtGetShaderClassiv().
  */
 RTAPI const char *rtGetShaderClassName(RTuint shaderClass);
 
@@ -2063,8 +2114,8 @@ RTAPI void rtGetParameteriv(RTuint handle, RTint *params);
 RTAPI void rtGetParameterfv(RTuint handle, RTfloat *params);
 
 /**
- * Returns the value of a string parameter of the bound shader; NULL on failure. The text belongs to the
- * library and is valid until the next call of this function in this context. Errors: as rtGetParameteriv().
+ * Returns the value of a string parameter of the bound shader; NULL on failure. The text belongs to the library and
+ * is valid until the process ends. Errors: as rtGetParameteriv().
  */
 RTAPI const char *rtGetParameterString(RTuint handle);
 
@@ -2429,8 +2480,8 @@ RTAPI void rtFrameCallback(RTframeCallback callback, void *userData);
 
 /**
  * Brings all acceleration structures up to date with the objects, and with the instances placed in this frame
- * so far, without rendering and without beginning a new frame. Ray queries then see them. Waits for a frame
- * that is being rendered.
+ * so far, without rendering and without beginning a new frame (rtClearInstances() does that). Ray queries then
+ * see them. Waits for a frame that is being rendered.
  *
  * Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject();
  * RT_OUT_OF_MEMORY.

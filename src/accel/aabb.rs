@@ -10,11 +10,8 @@
 //!   ([`crate::trace::triangle`]). Slab distances grow monotonically with the box, in floating point too, so no box or cell
 //!   that contains the triangle can be culled against a hit that the triangle would win or tie.
 
+pub use crate::scene::MAX_COORDINATE;
 use glam::Vec3;
-
-/// Triangles with a coordinate beyond this (or not a number) are dropped: areas and differences of such boxes
-/// would overflow. Embree draws the line at the same place.
-pub const MAX_COORDINATE: f32 = 1.844e18;
 
 /// A box; empty when any `lo > hi`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -102,8 +102,7 @@ pub(super) enum Reach {
     Outlier,
 }
 
-/// `object_from_world` in f32, by way of f64. `None` for a matrix that is not finite or cannot be inverted: such an
-/// instance draws nothing.
+/// `object_from_world` in f32, by way of f64. `None` for a matrix that is not finite or cannot be inverted.
 pub(super) fn invert(world_from_object: &Affine3A) -> Option<Affine3A> {
     let forward = to_f64(world_from_object);
     let columns = forward.matrix3.to_cols_array_2d().map(DVec3::from_array);

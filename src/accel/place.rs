@@ -113,7 +113,7 @@ impl Placed {
 
     /// Places `instances`, whose objects are in the slots `slots`, of which `seat_of` tells.
     /// Instances without a slot (`u32::MAX`) or with empty bounds draw nothing, nor do those
-    /// whose matrix is not finite or not invertible.
+    /// whose matrix is not finite. One that cannot be inverted must be in world space (see [`super::degenerate`]).
     ///
     /// # Errors
     /// No memory; there are no instances then.
@@ -148,7 +148,6 @@ impl Placed {
             if matches!(seat, Seat::Object(b) | Seat::World(b) if b.is_empty()) {
                 return Fate::Nothing;
             }
-            let Some(object_from_world) = invert(&world_from_object) else { return Fate::Nothing };
             let (space, fate) = match seat {
                 // Nothing to transform, whatever the object is declared to be.
                 Seat::Object(bounds) if world_from_object == Affine3A::IDENTITY => {
@@ -156,6 +155,7 @@ impl Placed {
                     (Space::World, Fate::Boxed)
                 }
                 Seat::Object(bounds) => {
+                    let Some(object_from_world) = invert(&world_from_object) else { return Fate::Nothing };
                     let space = Space::Object { object_from_world };
                     match reach(&bounds, &object_from_world) {
                         None => return Fate::Nothing,

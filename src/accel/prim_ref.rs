@@ -17,6 +17,11 @@ impl Box4 {
     pub const EMPTY: Box4 = Box4 { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
 
     #[inline(always)]
+    pub fn new(lo: Vec4, hi: Vec4) -> Self {
+        Self { lo, hi }
+    }
+
+    #[inline(always)]
     pub fn grow(&mut self, other: &Box4) {
         self.lo = self.lo.min(other.lo);
         self.hi = self.hi.max(other.hi);

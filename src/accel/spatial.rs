@@ -25,7 +25,7 @@ use super::aabb::{PAD_ABSOLUTE, PAD_ULP};
 use super::binning::{PARALLEL, blocks_of};
 use super::prim_ref::{Box4, PrimRef};
 use crate::scene::Mesh;
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 /// Boxes around parts are padded by this share of the triangle's largest side: see the module head and [`super::least_area`].
@@ -53,8 +53,8 @@ struct Triangle {
 
 impl Triangle {
     #[inline(always)]
-    fn new(mesh: &Mesh, prim: u32) -> Self {
-        let corners = mesh.corners(prim).map(|p| p.extend(0.0));
+    fn new(corners: [Vec3; 3]) -> Self {
+        let corners = corners.map(|p| p.extend(0.0));
         let [a, b, c] = corners;
         let (lo, hi) = (a.min(b).min(c), a.max(b).max(c));
         let side = (hi - lo).max_element();
@@ -98,24 +98,52 @@ impl Triangle {
 /// The parts of a reference below and above a plane; either may be empty.
 #[inline]
 fn cut(mesh: &Mesh, r: &PrimRef, axis: usize, plane: f32) -> [PrimRef; 2] {
-    let triangle = Triangle::new(mesh, r.prim());
+    let triangle = Triangle::new(mesh.corners(r.prim()));
     let (mut below, mut above) = (NOTHING, NOTHING);
     for (p, q) in triangle.edges() {
-        let (from, to) = (p[axis], q[axis]);
-        if from <= plane {
+        if p[axis] <= plane {
             grow(&mut below, p);
         }
-        if from >= plane {
+        if p[axis] >= plane {
             grow(&mut above, p);
         }
-        if (from < plane) != (to < plane) && from != plane && to != plane {
-            let mut on = (p + (q - p) * ((plane - from) / (to - from))).max(p.min(q)).min(p.max(q));
-            on[axis] = plane;
+        if let Some(on) = crossing(p, q, axis, plane) {
             grow(&mut below, on);
             grow(&mut above, on);
         }
     }
     [below, above].map(|(lo, hi)| r.clipped(lo - triangle.pad, hi + triangle.pad))
+}
+
+/// Where an edge goes through a plane, if its ends are on different sides.
+#[inline(always)]
+fn crossing(p: Vec4, q: Vec4, axis: usize, plane: f32) -> Option<Vec4> {
+    let (from, to) = (p[axis], q[axis]);
+    ((from < plane) != (to < plane) && from != plane && to != plane).then(|| {
+        let mut on = (p + (q - p) * ((plane - from) / (to - from))).max(p.min(q)).min(p.max(q));
+        on[axis] = plane;
+        on
+    })
+}
+
+/// [`cut`] for cells without boxes of their own ([`super::Bsp`]): each part reaches as far beyond the plane as parts are padded.
+#[inline]
+pub(super) fn cut_for_cells(corners: [Vec3; 3], r: &PrimRef, axis: usize, plane: f32) -> [PrimRef; 2] {
+    let triangle = Triangle::new(corners);
+    let part = |limit: f32, is_in: fn(f32, f32) -> bool| {
+        let mut part = NOTHING;
+        for (p, q) in triangle.edges() {
+            if is_in(p[axis], limit) {
+                grow(&mut part, p);
+            }
+            if let Some(on) = crossing(p, q, axis, limit) {
+                grow(&mut part, on);
+            }
+        }
+        r.clipped(part.0 - triangle.pad, part.1 + triangle.pad)
+    };
+    let pad = triangle.pad[axis];
+    [part(plane + pad, |x, limit| x <= limit), part(plane - pad, |x, limit| x >= limit)]
 }
 
 /// A plane, and what dividing references at it would give.
@@ -189,7 +217,7 @@ impl Bins {
             if first == last {
                 self.boxes[axis][first].grow(r.bounds());
             } else {
-                let triangle = triangle.get_or_insert_with(|| Triangle::new(mesh, r.prim()));
+                let triangle = triangle.get_or_insert_with(|| Triangle::new(mesh.corners(r.prim())));
                 let mut parts = [NOTHING; BINS];
                 triangle.chop(slices, axis, first, last, &mut parts);
                 (begin, end) = (last, first);

@@ -70,6 +70,8 @@ pub(super) struct Shown {
     pub number: u32,
     /// Some kinds of rays do not see it: it has to stay an instance of its own.
     pub masked: bool,
+    /// It is one degenerate instance, which is evaluated in world space whether or not the object is static.
+    pub in_world: bool,
 }
 
 /// One tree over the triangles of several static instances, in world space.

@@ -22,7 +22,7 @@ pub(super) const WORN: f64 = 1.5;
 pub(super) enum Method {
     /// The object BSP; `fast` for the threshold that grows with depth.
     Bsp { fast: bool },
-    /// The uniform grid.
+    /// The grid of grids.
     Grid,
     /// The 8-wide tree with cut triangles, built anew when anything changes.
     SpatialSplits,

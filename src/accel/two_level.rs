@@ -12,6 +12,7 @@
 //! before allocates nothing here.
 
 use super::by_rays::{Balance, Done, LARGE, Ledger, Stakes};
+use super::degenerate::is_degenerate;
 use super::instance::invert;
 use super::object_accel::{ObjectState, Outcome, Spent, Work};
 use super::place::{NameHasher, Placed, Seat, Seated};
@@ -20,7 +21,7 @@ use super::strategy::{forced_by_environment, forced_top_level};
 use super::top_level_bsp::TopLevelBsp;
 use super::top_level_bvh::TopLevelBvh;
 use super::world_view::{TopLevel, WorldView};
-use crate::scene::{Instance, Mask, Motion, Name, Scene, Strategy, TopLevelKind};
+use crate::scene::{Instance, InstanceList, Mask, Motion, Name, Scene, Strategy, TopLevelKind};
 use crate::simd::Level;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -65,6 +66,8 @@ pub struct TwoLevel {
     /// Objects by slot; unused slots have name 0.
     states: Vec<ObjectState>,
     slot_of: HashMap<Name, u32, BuildHasherDefault<NameHasher>>,
+    /// Of the degenerate instances of the frame, one for each.
+    own_slots: Vec<u32>,
     free_slots: Vec<u32>,
     /// Per slot: what this frame's update did, `None` if the object is not in it.
     outcomes: Vec<Option<Outcome>>,
@@ -88,6 +91,7 @@ impl TwoLevel {
             forced_top: forced_top_level(),
             states: Vec::new(),
             slot_of: HashMap::default(),
+            own_slots: Vec::new(),
             free_slots: Vec::new(),
             outcomes: Vec::new(),
             slots: Vec::new(),
@@ -135,9 +139,15 @@ impl TwoLevel {
     }
 
     /// Brings everything in line with the scene and the frame's instances. Instances of objects that do not exist or
-    /// have no triangles, and instances with a matrix that is not finite or not invertible, draw nothing.
+    /// have no triangles, and instances with a matrix that is not finite, draw nothing.
     /// To be called inside the pool.
     pub fn update(&mut self, scene: &Scene, instances: &[Instance]) -> UpdateStats {
+        self.update_list(scene, InstanceList::plain(instances))
+    }
+
+    /// As [`TwoLevel::update`], for instances that the application knows by other numbers, see [`WorldView::number_of`].
+    pub fn update_list(&mut self, scene: &Scene, list: InstanceList<'_>) -> UpdateStats {
+        let instances = list.instances;
         let mut stats = UpdateStats::default();
         if Arc::get_mut(&mut self.view).is_none() {
             // A snapshot keeps the one before.
@@ -148,6 +158,9 @@ impl TwoLevel {
                     return UpdateStats { out_of_memory: size_of_val(objects) as u64, ..stats };
                 }
             }
+        }
+        if exclusive(&mut self.view).set_numbers(list.numbers).is_err() {
+            return UpdateStats { out_of_memory: size_of_val(list.numbers) as u64, ..stats };
         }
         self.drop_deleted(scene);
         self.update_objects(scene, instances, &mut stats);
@@ -204,8 +217,15 @@ impl TwoLevel {
     }
 
     fn drop_deleted(&mut self, scene: &Scene) {
-        let Self { slot_of, states, view, free_slots, .. } = self;
+        let Self { slot_of, own_slots, states, view, free_slots, .. } = self;
         let objects = &mut exclusive(view).objects;
+        for &slot in &*own_slots {
+            let state = &mut states[slot as usize];
+            if !scene.objects.contains_key(&state.name()) {
+                *state = ObjectState::default();
+                objects[slot as usize] = Arc::default();
+            }
+        }
         slot_of.retain(|name, slot| {
             let exists = scene.objects.contains_key(name);
             if !exists {
@@ -218,7 +238,7 @@ impl TwoLevel {
     }
 
     fn update_objects(&mut self, scene: &Scene, instances: &[Instance], stats: &mut UpdateStats) {
-        let Self { view, states, slot_of, free_slots, outcomes, slots, shown, .. } = self;
+        let Self { view, states, slot_of, own_slots, free_slots, outcomes, slots, shown, .. } = self;
         let objects = &mut exclusive(view).objects;
         outcomes.clear();
         outcomes.resize(states.len(), None);
@@ -229,14 +249,19 @@ impl TwoLevel {
             stats.out_of_memory += size_of_val(instances) as u64;
             return;
         }
+        let mut degenerate = 0;
         for (number, instance) in instances.iter().enumerate() {
+            let in_world = is_degenerate(&instance.world_from_object);
             // A slot is there only for an object that exists: see drop_deleted().
-            let known = slot_of.get(&instance.object).copied();
+            let known = if in_world { own_slots.get(degenerate) } else { slot_of.get(&instance.object) };
+            let known = known.copied().filter(|&slot| states[slot as usize].name() == instance.object);
             let slot = known.or_else(|| {
                 scene.objects.get(&instance.object)?;
                 let fresh = ObjectState::new(instance.object);
-                let slot = if let Some(slot) = free_slots.pop() {
+                let other = if in_world { own_slots.get(degenerate).copied() } else { None };
+                let slot = if let Some(slot) = other.or_else(|| free_slots.pop()) {
                     states[slot as usize] = fresh;
+                    objects[slot as usize] = Arc::default();
                     slot
                 } else {
                     states.push(fresh);
@@ -245,18 +270,28 @@ impl TwoLevel {
                     shown.push(Shown::default());
                     states.len() as u32 - 1
                 };
-                slot_of.insert(instance.object, slot);
+                if !in_world {
+                    slot_of.insert(instance.object, slot);
+                } else if other.is_none() {
+                    own_slots.push(slot);
+                }
                 Some(slot)
             });
             slots.push(slot.unwrap_or(u32::MAX));
             if let Some(slot) = slot {
+                degenerate += usize::from(in_world);
                 outcomes[slot as usize] = Some(Outcome::Unchanged);
                 let shown = &mut shown[slot as usize];
                 let mask = scene.objects.get(&instance.object).map_or(Mask::ALL, |object| object.mask);
                 states[slot as usize].set_mask(mask);
                 let masked = mask.and(instance.mask) != Mask::ALL;
-                *shown = Shown { times: shown.times.saturating_add(1), number: number as u32, masked };
+                *shown = Shown { times: shown.times.saturating_add(1), number: number as u32, masked, in_world };
             }
+        }
+        for slot in own_slots.drain(degenerate..) {
+            states[slot as usize] = ObjectState::default();
+            objects[slot as usize] = Arc::default();
+            free_slots.push(slot);
         }
         let mut stakes = Stakes::default();
         for ((state, accel), _) in states.iter().zip(&*objects).zip(&*outcomes).filter(|(_, outcome)| outcome.is_some())
@@ -283,10 +318,11 @@ impl TwoLevel {
                 if shown.masked && state.is_merged() {
                     state.leave_merged();
                 }
-                let placed = (shown.times == 1 && object.motion == Motion::Static)
+                let is_static = shown.times == 1 && object.motion == Motion::Static;
+                let placed = (is_static || shown.in_world)
                     .then(|| instances[shown.number as usize].world_from_object)
                     // Others draw nothing, see place().
-                    .filter(|m| invert(m).is_some());
+                    .filter(|m| shown.in_world || invert(m).is_some());
                 *outcome = state.update(accel, object, forced, placed, by_rays, build_price);
             }
         });
@@ -489,7 +525,7 @@ mod tests {
         assert!(two.bytes > one.bytes + 20_000);
         // Hidden, it stays; deleted, it goes, and its slot is used again.
         assert!(world.update(&scene, &HERE).bytes > one.bytes + 20_000);
-        scene.apply(Command::DeleteObjects { first: 2, count: 1 });
+        scene.apply(Command::DeleteObject { name: 2 });
         let after = world.update(&scene, &both);
         assert_eq!((after.objects_built, world.instances().len()), (0, 2));
         assert!(after.bytes < one.bytes + 5_000, "{} bytes, {} with one object", after.bytes, one.bytes);

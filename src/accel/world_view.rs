@@ -54,13 +54,15 @@ pub struct WorldView {
     pub(super) merged: Option<Arc<Merged>>,
     pub(super) placed: Placed,
     pub(super) top_level: TopLevel,
+    /// See [`WorldView::number_of`]; empty where all numbers are the same.
+    numbers: Vec<u32>,
 }
 
 impl WorldView {
     /// An empty world, whose kernels are those of `level`.
     pub(super) fn new(level: Level) -> Self {
         let (placed, top_level) = (Placed::default(), TopLevel::default());
-        Self { level, objects: Vec::new(), merged: None, placed, top_level }
+        Self { level, objects: Vec::new(), merged: None, placed, top_level, numbers: Vec::new() }
     }
 
     /// A view of the same objects, whose instances are to be placed.
@@ -108,10 +110,32 @@ impl WorldView {
         &self.top_level
     }
 
-    /// The instance with a number within the frame, if rays can hit it.
-    pub fn instance(&self, number: u32) -> Option<&InstanceRecord> {
-        let at = self.placed.records.binary_search_by_key(&number, |record| record.instance).ok()?;
-        Some(&self.placed.records[at]).filter(|record| record.object != 0)
+    /// The number by which the application knows the instance that hits call `instance`: they differ where composites have been resolved.
+    #[inline]
+    pub fn number_of(&self, instance: u32) -> u32 {
+        self.numbers.get(instance as usize).copied().unwrap_or(instance)
+    }
+
+    /// Whether [`WorldView::number_of`] makes a difference.
+    #[inline]
+    pub fn has_numbers(&self) -> bool {
+        !self.numbers.is_empty()
+    }
+
+    pub(super) fn set_numbers(&mut self, numbers: &[u32]) -> Result<(), TryReserveError> {
+        self.numbers.try_reserve(numbers.len().saturating_sub(self.numbers.len()))?;
+        self.numbers.clear();
+        self.numbers.extend_from_slice(numbers);
+        Ok(())
+    }
+
+    /// What rays can hit of the instance that the application knows by this number: one, or the parts of a composite.
+    pub fn instances_of(&self, number: u32) -> impl Iterator<Item = &InstanceRecord> {
+        // Numbers grow with the records.
+        let records = &self.placed.records;
+        let first = records.partition_point(|record| self.number_of(record.instance) < number);
+        let same = records[first..].iter().take_while(move |record| self.number_of(record.instance) == number);
+        same.filter(|record| record.object != 0)
     }
 
     /// Indices of instances that every ray has to be offered to.

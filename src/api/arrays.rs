@@ -93,10 +93,17 @@ impl<'a> VertexArray<'a> {
 
     fn check(&self, sizes: std::ops::RangeInclusive<u32>, vertices: usize, what: &str) -> Result<()> {
         if !sizes.contains(&self.size) {
-            return Err(Error::invalid_value(format!("{what} do not have {} components", self.size)));
+            let (least, most) = (sizes.start(), sizes.end());
+            return Err(Error::invalid_value(format_args!(
+                "{what} have {} components; they must have {least} to {most}",
+                self.size
+            )));
         }
         if self.bytes_needed(vertices).is_none_or(|needed| needed > self.bytes.len()) {
-            return Err(Error::invalid_value(format!("the array of {what} is too short")));
+            let bytes = self.bytes.len();
+            return Err(Error::invalid_value(format_args!(
+                "the array of {what} has {bytes} bytes, too few for {vertices} vertices"
+            )));
         }
         Ok(())
     }
@@ -163,7 +170,9 @@ impl<'a> Indices<'a> {
             Component::UnsignedByte | Component::UnsignedShort | Component::UnsignedInt => {
                 Ok(Self { component, bytes })
             }
-            _ => Err(Error::invalid_enum("indices are unsigned bytes, shorts or ints")),
+            _ => Err(Error::invalid_enum(format_args!(
+                "indices are of type {component:?}; they must be unsigned bytes, shorts or ints"
+            ))),
         }
     }
 
@@ -216,7 +225,9 @@ impl Context {
     ) -> Result<()> {
         self.outside_begin()?;
         let (Ok(first), Ok(count)) = (usize::try_from(first), usize::try_from(count)) else {
-            return Err(Error::invalid_value("first and count must not be negative"));
+            return Err(Error::invalid_value(format_args!(
+                "first is {first} and count {count}; neither may be negative"
+            )));
         };
         if count == 0 {
             return Ok(());

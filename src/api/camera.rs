@@ -62,7 +62,9 @@ impl Context {
         let top = (fov_y.to_radians() * 0.5).tan();
         let valid = fov_y > 0.0 && fov_y < 180.0 && aspect > 0.0 && aspect.is_finite();
         if !valid || !planes_are_valid(near, far) {
-            return Err(Error::invalid_value("a perspective needs 0 < fov < 180, aspect > 0 and 0 < near < far"));
+            return Err(Error::invalid_value(format_args!(
+                "a perspective needs 0 < fov < 180, aspect > 0 and 0 < near < far; given were fov {fov_y}, aspect {aspect}, near {near}, far {far}"
+            )));
         }
         self.project(Projection::Pinhole, [-top * aspect, top * aspect, -top, top])
     }
@@ -74,7 +76,9 @@ impl Context {
     pub fn frustum(&mut self, left: f64, right: f64, bottom: f64, top: f64, near: f64, far: f64) -> Result<()> {
         self.outside_begin()?;
         if !planes_are_valid(near, far) {
-            return Err(Error::invalid_value("a frustum needs 0 < near < far"));
+            return Err(Error::invalid_value(format_args!(
+                "a frustum needs 0 < near < far; given were near {near}, far {far}"
+            )));
         }
         self.project(Projection::Pinhole, [left, right, bottom, top].map(|v| v / near))
     }
@@ -86,7 +90,9 @@ impl Context {
     pub fn ortho(&mut self, left: f64, right: f64, bottom: f64, top: f64, near: f64, far: f64) -> Result<()> {
         self.outside_begin()?;
         if !(near.is_finite() && far.is_finite() && near != far) {
-            return Err(Error::invalid_value("an orthographic projection needs near and far to differ"));
+            return Err(Error::invalid_value(format_args!(
+                "an orthographic projection needs near and far to differ; given were near {near}, far {far}"
+            )));
         }
         self.project(Projection::Orthographic, [left, right, bottom, top])
     }
@@ -97,13 +103,16 @@ impl Context {
     /// `InvalidValue` when `eye` is `center`, `up` points along the view, or a number is not finite.
     pub fn look_at(&mut self, eye: DVec3, center: DVec3, up: DVec3) -> Result<()> {
         self.outside_begin()?;
+        let (given_eye, given_center, given_up) = (eye, center, up);
         // The direction, not the far end, is what must survive the rounding to f32.
         let forward = (center - eye).normalize_or_zero();
         let (eye, up) = (eye.as_vec3(), up.normalize_or_zero().as_vec3());
         let center = eye + forward.as_vec3() * eye.length().max(1.0);
         let side = (center - eye).normalize_or_zero().cross(up);
         if !(eye.is_finite() && center.is_finite() && side.length() > 1e-6) {
-            return Err(Error::invalid_value("look_at needs eye and centre apart, and up not along the view"));
+            return Err(Error::invalid_value(format_args!(
+                "eye and center must be apart and up not along the view; given were eye {given_eye}, center {given_center}, up {given_up}"
+            )));
         }
         self.select_helper_camera(HelperCamera { eye, center, up, ..self.camera });
         Ok(())
@@ -113,7 +122,9 @@ impl Context {
         let [left, right, bottom, top] = window.map(|v| v as f32);
         let finite = left.is_finite() && right.is_finite() && bottom.is_finite() && top.is_finite();
         if !finite || left == right || bottom == top {
-            return Err(Error::invalid_value("the window of the projection is empty or not finite"));
+            return Err(Error::invalid_value(format_args!(
+                "the window is empty or not finite: left {left}, right {right}, bottom {bottom}, top {top}, at distance 1"
+            )));
         }
         self.select_helper_camera(HelperCamera { projection: kind([left, right, bottom, top]), ..self.camera });
         Ok(())

@@ -23,14 +23,13 @@ pub(super) fn check_class(class: &ShaderClass) -> Result<()> {
             | (Program::Environment(_), ShaderKind::Environment)
     );
     if !matches {
-        return refuse("the kind is not that of the program");
+        return refuse(&format!("its program is not that of a {:?} shader", class.kind));
     }
-    if class.params.len() > MAX_PARAMS || class.block_size > MAX_BLOCK_SIZE {
-        return refuse("too many parameters, or too large a parameter block");
-    }
+    check_sizes(&class.name, class.params.len() as u64, class.block_size)?;
     let mut names = HashSet::new();
+    let mut layout = Layout::new(class.block_size);
     for param in &class.params {
-        if let Err(why) = check_param(param, class) {
+        if let Err(why) = check_param(param, class, &mut layout) {
             return refuse(&format!("parameter \"{}\": {why}", param.name));
         }
         if !names.insert(&param.name) {
@@ -40,7 +39,7 @@ pub(super) fn check_class(class: &ShaderClass) -> Result<()> {
     Ok(())
 }
 
-fn check_param(param: &ParamDef, class: &ShaderClass) -> std::result::Result<(), &'static str> {
+fn check_param(param: &ParamDef, class: &ShaderClass, layout: &mut Layout) -> std::result::Result<(), &'static str> {
     if param.name.is_empty() {
         return Err("the name is empty");
     }
@@ -60,8 +59,49 @@ fn check_param(param: &ParamDef, class: &ShaderClass) -> std::result::Result<(),
     if param.scope != ParamScope::Shader && class.kind != ShaderKind::Surface {
         return Err("only surfaces have parameters per triangle or per vertex");
     }
-    if u64::from(param.offset) + byte_size(param.ty) as u64 > u64::from(class.block_size) {
-        return Err("it lies outside the parameter block");
+    layout.place(param.ty, param.offset)
+}
+
+/// Refuses sizes that no class has, before anything is made of what they tell.
+///
+/// # Errors
+/// `InvalidValue`.
+pub fn check_sizes(class: &str, params: u64, block_size: u32) -> Result<()> {
+    if params > MAX_PARAMS as u64 || block_size > MAX_BLOCK_SIZE {
+        let sizes = format!("{params} parameters in a block of {block_size} bytes");
+        let most = format!("at most {MAX_PARAMS} in {MAX_BLOCK_SIZE} are possible");
+        return Err(Error::invalid_value(format!("shader class \"{class}\": {sizes}; {most}")));
     }
     Ok(())
+}
+
+/// The parameter block of a class, while its parameters are gone through.
+pub struct Layout {
+    block_size: u32,
+    /// Bytes of the raw parameters so far. Others are small, and may lie over each other.
+    raw: u64,
+}
+
+impl Layout {
+    pub fn new(block_size: u32) -> Self {
+        Self { block_size, raw: 0 }
+    }
+
+    /// Refuses a parameter that reaches beyond the block, and a raw one after which all raw ones together are larger than it.
+    ///
+    /// # Errors
+    /// Why.
+    pub fn place(&mut self, ty: ParamType, offset: u32) -> std::result::Result<(), &'static str> {
+        let size = byte_size(ty) as u64;
+        if u64::from(offset) + size > u64::from(self.block_size) {
+            return Err("it lies outside the parameter block");
+        }
+        if matches!(ty, ParamType::Raw(_)) {
+            self.raw += size;
+        }
+        if self.raw > u64::from(self.block_size) {
+            return Err("the raw parameters together are larger than the parameter block");
+        }
+        Ok(())
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::assembler::Assembler;
 use super::camera::HelperCamera;
+use super::composites::Composites;
 use super::error::{Error, ErrorCode, Result};
 use super::frame_content::FrameContent;
 use super::immediate::Current;
@@ -46,7 +47,7 @@ pub type ErrorCallback = Box<dyn FnMut(ErrorCode, &str) + Send>;
 /// | call | between begin and end | between new_object and end_object |
 /// |---|---|---|
 /// | `vertex`, `normal`, `tex_coord`, `color`, `parameter_*` | yes (`vertex` only there) | yes |
-/// | `new_object`, `instantiate_object`, frames and queries | no | no |
+/// | `new_object`, frames and queries | no | no |
 /// | everything else | no | yes |
 ///
 /// Immediate mode, as in OpenGL:
@@ -95,6 +96,7 @@ pub struct Context {
     pub(super) object_names: Names,
     pub(super) objects: HashMap<Name, ObjectInfo>,
     pub(super) definition: Option<Definition>,
+    pub(super) composites: Composites,
     /// Receives vertices: those of the object being defined, else those drawn outside objects.
     pub(super) builder: MeshBuilder,
     /// Some between begin and end.
@@ -142,6 +144,7 @@ impl Context {
             object_names: Names::default(),
             objects: HashMap::new(),
             definition: None,
+            composites: Composites::default(),
             builder: MeshBuilder::default(),
             assembler: None,
             captures: Vec::new(),
@@ -192,6 +195,11 @@ impl Context {
         &self.last_message
     }
 
+    /// As [`Context::error_message`], for those who keep it.
+    pub(crate) fn error_text(&self) -> &Cow<'static, str> {
+        &self.last_message
+    }
+
     /// Calls `callback` with every error from now on; None stops that.
     pub fn error_callback(&mut self, callback: Option<ErrorCallback>) {
         self.error_callback = callback;
@@ -220,9 +228,15 @@ impl Context {
     pub(super) fn outside_begin(&self) -> Result<()> {
         self.usable()?;
         if self.assembler.is_some() {
-            return Err(Error::invalid_operation("not allowed between begin and end"));
+            return Err(Error::invalid_operation("not allowed between begin and end of a primitive"));
         }
         Ok(())
+    }
+
+    #[cold]
+    fn in_definition(&self) -> Error {
+        let object = self.definition.as_ref().map_or(0, |definition| definition.name);
+        Error::invalid_operation(format_args!("not allowed while object {object} is being defined"))
     }
 
     /// Fails between begin and end, and between new_object and end_object.
@@ -230,7 +244,7 @@ impl Context {
     pub(crate) fn outside_object(&self) -> Result<()> {
         self.outside_begin()?;
         if self.definition.is_some() {
-            return Err(Error::invalid_operation("not allowed between new_object and end_object"));
+            return Err(self.in_definition());
         }
         Ok(())
     }

@@ -6,7 +6,7 @@
 use super::context::Context;
 use super::error::{Error, ErrorCode, Result};
 use crate::backend::{FrameFailure, OnDone};
-use crate::frame::{FrameStats, PixelFormat, encode_pixels, write_image};
+use crate::frame::{FrameStats, PixelFormat, encode_pixels};
 use crate::scene::FrameDesc;
 use std::path::Path;
 use std::sync::Arc;
@@ -81,7 +81,7 @@ impl Context {
     pub fn start_rendering(&mut self) -> Result<()> {
         self.outside_object()?;
         if self.rendering {
-            return Err(Error::invalid_operation("a frame is already rendering"));
+            return Err(Error::invalid_operation("a frame is rendering already; it must be ended first"));
         }
         let viewport = self.target.viewport()?;
         let ready = self.backend.ready();
@@ -219,10 +219,13 @@ impl Context {
     ) -> Result<()> {
         self.outside_object()?;
         let row_bytes = (width as usize).checked_mul(kind.bytes_per_pixel());
-        let row_bytes = row_bytes.ok_or_else(|| Error::invalid_value("the rectangle is too large"))?;
+        let row_bytes = row_bytes
+            .ok_or_else(|| Error::invalid_value(format_args!("a width of {width} pixels is larger than memory")))?;
         let stride = if stride == 0 { row_bytes } else { stride };
         if stride < row_bytes {
-            return Err(Error::invalid_value("the stride is shorter than a row"));
+            return Err(Error::invalid_value(format_args!(
+                "stride is {stride}, less than the {row_bytes} bytes of a row"
+            )));
         }
         let (top_left, srgb) = (self.settings.origin_top_left, self.settings.srgb);
         let picture = self.backend.framebuffer();
@@ -235,14 +238,18 @@ impl Context {
         }
         let fits = |start: u32, length: u32, size: u32| start.checked_add(length).is_some_and(|end| end <= size);
         if !fits(x, width, picture.width()) || !fits(y, height, picture.height()) {
-            return Err(Error::invalid_value("the rectangle reaches beyond the picture"));
+            let (w, h) = (picture.width(), picture.height());
+            return Err(Error::invalid_value(format_args!(
+                "the rectangle of {width} x {height} pixels at ({x}, {y}) reaches beyond the picture of {w} x {h}"
+            )));
         }
         if width == 0 || height == 0 {
             return Ok(());
         }
         let needed = stride.checked_mul(height as usize - 1).and_then(|n| n.checked_add(row_bytes));
         if needed.is_none_or(|needed| needed > out.len()) {
-            return Err(Error::invalid_value("the memory is too small for the rectangle"));
+            let bytes = out.len();
+            return Err(Error::invalid_value(format_args!("{bytes} bytes are too few for {width} x {height} pixels")));
         }
         for (row, out) in out.chunks_mut(stride).take(height as usize).enumerate() {
             let from_below = y + row as u32;
@@ -270,21 +277,19 @@ impl Context {
         self.trust(size)
     }
 
-    /// Writes the last frame to a file whose extension names the format (PNG, JPEG, PPM, HDR, EXR). Waits for a frame in flight.
+    /// Writes the last frame to a file whose extension names the format (PNG, JPEG, PPM, HDR, EXR). Waits for a frame in flight. A file that is there
+    /// is replaced when the new one is complete, and stays what it was when that cannot be.
     ///
     /// # Errors
-    /// `InvalidOperation` when nothing was rendered yet, `Io` with the cause.
+    /// `InvalidOperation` when nothing was rendered yet or image files were left out of the build, `Io` with the cause, `OutOfMemory`.
     pub fn write_image(&mut self, path: impl AsRef<Path>) -> Result<()> {
         self.outside_object()?;
         let srgb = self.settings.srgb;
-        let written = match self.backend.framebuffer() {
-            Ok(picture) if picture.width() == 0 => {
-                return Err(Error::invalid_operation("nothing was rendered yet"));
-            }
-            Ok(picture) => write_image(path.as_ref(), picture, srgb),
-            Err(failure) => return Err(self.distrust(failure)),
-        };
-        written.map_err(|error| Error::new(ErrorCode::Io, error.to_string()))
+        if self.frame_size()?[0] == 0 {
+            return Err(Error::invalid_operation("nothing was rendered yet"));
+        }
+        let written = self.backend.write_image(path.as_ref(), srgb);
+        Ok(self.trust(written)??)
     }
 
     /// Sends what the state machine holds back until a frame starts, and describes the frame but for its instances.
@@ -297,6 +302,7 @@ impl Context {
         lights.extend_from_slice(&self.content.lights);
         Ok(FrameDesc {
             lights,
+            ambient: self.content.ambient,
             camera,
             environment: self.content.environment,
             renderer: self.content.renderer,

@@ -6,7 +6,10 @@
 
 use super::context::Context;
 use super::error::{Error, Result};
-use crate::scene::{Command, Instance, Mask, Mesh, Motion, Name, ShaderKind};
+use super::mesh_builder::MeshBuilder;
+use super::shaders::no_shader;
+use super::state::finite;
+use crate::scene::{Command, Instance, LightUse, Mask, Mesh, Motion, Name, Program, ShaderKind};
 use glam::Affine3A;
 
 /// The object that geometry drawn outside objects belongs to.
@@ -15,7 +18,7 @@ pub const IMMEDIATE_OBJECT: Name = 0xFFFF_FFFF;
 #[derive(Default)]
 pub(super) struct FrameContent {
     instances: Vec<Instance>,
-    pub lights: Vec<Name>,
+    pub lights: Vec<LightUse>,
     /// `lights` were named for a frame that has started.
     pub lights_are_old: bool,
     /// Chosen by use_camera; None is the camera of the helper calls.
@@ -25,6 +28,8 @@ pub(super) struct FrameContent {
     pub clear_color: [f32; 4],
     /// Of the instances to come.
     pub instance_mask: Mask,
+    /// Set by ambient_light.
+    pub ambient: Option<[f32; 3]>,
     /// Objects deleted since they were instantiated; they go when the frame has started.
     deletions: Vec<Name>,
     /// The back-end knows [`IMMEDIATE_OBJECT`].
@@ -32,14 +37,24 @@ pub(super) struct FrameContent {
 }
 
 impl FrameContent {
+    /// Adds an instance; room was reserved.
+    pub fn push(&mut self, instance: Instance) {
+        self.instances.push(instance);
+    }
+
+    /// Forgets the instances from number `count` on.
+    pub fn truncate(&mut self, count: usize) {
+        self.instances.truncate(count);
+    }
+
     pub fn instance_count(&self) -> usize {
         self.instances.len()
     }
 
-    pub fn reserve_instance(&mut self) -> Result<()> {
+    pub fn reserve_instances(&mut self, count: usize) -> Result<()> {
         // Room for the immediate-mode object as well, so that starting the frame need not allocate.
-        self.instances.try_reserve(2)?;
-        if self.instances.len() > u32::MAX as usize - 2 {
+        self.instances.try_reserve(count + 1)?;
+        if self.instances.len() + count >= u32::MAX as usize - 1 {
             return Err(Error::out_of_memory());
         }
         Ok(())
@@ -60,7 +75,7 @@ impl FrameContent {
 
     /// Takes a shader that is being deleted out of the frame.
     pub fn forget_shader(&mut self, name: Name) {
-        self.lights.retain(|&n| n != name);
+        self.lights.retain(|light| light.shader != name);
         if self.camera == Some(name) {
             self.camera = None;
         }
@@ -73,17 +88,18 @@ impl FrameContent {
 }
 
 impl Context {
-    /// Places an object with the current matrix in the frame being assembled. Several hundred thousand instances are fine.
+    /// Begins a new frame without rendering the one that was being assembled: its instances are dropped, and what was drawn outside objects.
+    /// Lights, camera and all that persists from frame to frame stay. For programs that ask rays and render nothing: place, commit, ask, clear.
     ///
     /// # Errors
-    /// `InvalidValue` when there is no such object; `InvalidOperation` between begin and end, inside an object definition, or
-    /// when the current matrix is not affine (bottom row 0 0 0 1).
-    pub fn instantiate_object(&mut self, name: Name) -> Result<()> {
+    /// `InvalidOperation` between begin and end or inside an object definition.
+    pub fn clear_instances(&mut self) -> Result<()> {
         self.outside_object()?;
-        self.known_object(name)?;
-        let world_from_object = self.matrices.affine()?;
-        self.content.reserve_instance()?;
-        self.place(name, world_from_object);
+        self.backend.reserve(self.content.deletions.len())?;
+        self.content.instances.clear();
+        self.content.lights_are_old = true;
+        self.builder = MeshBuilder::default();
+        self.send_deletions();
         Ok(())
     }
 
@@ -98,20 +114,15 @@ impl Context {
         Ok(())
     }
 
-    /// Adds an instance; room was reserved.
-    pub(super) fn place(&mut self, object: Name, world_from_object: Affine3A) {
-        self.content.instances.push(Instance { object, world_from_object, mask: self.content.instance_mask });
-        let this_frame = self.frames + 1;
-        if let Some(info) = self.objects.get_mut(&object) {
-            info.used_in_frame = this_frame;
-        }
-    }
-
-    /// Lets a light shader shine in the frame being assembled and those after it, until a later frame names lights of its own.
+    /// Lets a light shader shine in the frame being assembled and those after it, until a later frame names lights of its own. Its position, direction,
+    /// and the edges of an area are transformed by the current matrix, as OpenGL does with `glLightfv(GL_POSITION)`; a sphere keeps its shape
+    /// and its volume changes as the matrix says. A shader may be used several times in a frame, each time with another matrix.
     /// Name 0 takes all lights away.
     ///
     /// # Errors
-    /// `InvalidValue` when there is no such shader; `InvalidOperation` when it is not a light, or already used in this frame.
+    /// `InvalidValue` when there is no such shader, or the matrix has an element beyond [`super::MAX_COORDINATE`]; `InvalidOperation` when the shader is
+    /// not a light, is used in this frame already with the same matrix, the current matrix is not affine, or, for a light program of the
+    /// application's, it has no inverse.
     pub fn use_light(&mut self, shader: Name) -> Result<()> {
         self.outside_begin()?;
         if shader == 0 {
@@ -119,15 +130,37 @@ impl Context {
             self.content.lights_are_old = false;
             return Ok(());
         }
-        self.expect_kind(shader, ShaderKind::Light, "not a light shader")?;
-        if !self.content.lights_are_old && self.content.lights.contains(&shader) {
-            return Err(Error::invalid_operation("the light is already used in this frame"));
+        self.expect_kind(shader, ShaderKind::Light, "not a light")?;
+        let light = LightUse::new(shader, self.matrices.affine()?);
+        let is_program = self.shaders.get(shader).is_some_and(|s| matches!(s.class.program, Program::Light(_)));
+        if is_program && !light.world_from_light.inverse().is_finite() {
+            return Err(Error::invalid_operation(format_args!(
+                "the current matrix has no inverse, which light {shader} needs: it is a function of the application's"
+            )));
+        }
+        if !self.content.lights_are_old && self.content.lights.contains(&light) {
+            return Err(Error::invalid_operation(format_args!(
+                "light {shader} is used in this frame already, with this matrix"
+            )));
         }
         self.content.lights.try_reserve(1)?;
         if std::mem::take(&mut self.content.lights_are_old) {
             self.content.lights.clear();
         }
-        self.content.lights.push(shader);
+        self.content.lights.push(light);
+        Ok(())
+    }
+
+    /// Sets the light that comes from everywhere, as OpenGL's `GL_LIGHT_MODEL_AMBIENT`: a surface reflects its `ambient` share of it, and of the lights
+    /// of class `ambient`. Before the first call it is 0.2 in frames without such lights, and only surfaces whose `ambient` was set reflect it.
+    /// Linear RGB, not clamped.
+    ///
+    /// # Errors
+    /// `InvalidValue` for NaN or infinity, `InvalidOperation` between begin and end.
+    pub fn ambient_light(&mut self, rgb: [f32; 3]) -> Result<()> {
+        self.outside_begin()?;
+        finite("the colour", &rgb)?;
+        self.content.ambient = Some(rgb);
         Ok(())
     }
 
@@ -138,7 +171,7 @@ impl Context {
     pub fn use_camera(&mut self, shader: Name) -> Result<()> {
         self.outside_begin()?;
         if shader != 0 {
-            self.expect_kind(shader, ShaderKind::Camera, "not a camera shader")?;
+            self.expect_kind(shader, ShaderKind::Camera, "not a camera")?;
         }
         self.content.camera = (shader != 0).then_some(shader);
         Ok(())
@@ -151,7 +184,7 @@ impl Context {
     pub fn use_environment_shader(&mut self, shader: Name) -> Result<()> {
         self.outside_begin()?;
         if shader != 0 {
-            self.expect_kind(shader, ShaderKind::Environment, "not an environment shader")?;
+            self.expect_kind(shader, ShaderKind::Environment, "not an environment")?;
         }
         self.content.environment = shader;
         Ok(())
@@ -176,18 +209,20 @@ impl Context {
     /// `InvalidValue` for NaN or infinity.
     pub fn clear_color(&mut self, rgba: [f32; 4]) -> Result<()> {
         self.outside_begin()?;
-        if !rgba.iter().all(|c| c.is_finite()) {
-            return Err(Error::invalid_value("the clear colour is not finite"));
-        }
+        finite("the colour", &rgba)?;
         self.content.clear_color = rgba;
         Ok(())
     }
 
     fn expect_kind(&self, shader: Name, kind: ShaderKind, otherwise: &'static str) -> Result<()> {
         let Some(state) = self.shaders.get(shader) else {
-            return Err(Error::invalid_value("there is no such shader"));
+            return Err(no_shader(shader));
         };
-        if state.class.kind == kind { Ok(()) } else { Err(Error::invalid_operation(otherwise)) }
+        if state.class.kind == kind {
+            return Ok(());
+        }
+        let class = &state.class.name;
+        Err(Error::invalid_operation(format_args!("shader {shader}, of class \"{class}\", is {otherwise}")))
     }
 
     /// Room for what [`Context::send_immediate_object`] and the end of the frame's assembly will send and store.
@@ -204,7 +239,7 @@ impl Context {
             let motion = Motion::Unstructured;
             self.backend.send(Command::DefineObject { name: IMMEDIATE_OBJECT, mesh, motion });
         } else if self.content.immediate_defined {
-            self.backend.send(Command::DeleteObjects { first: IMMEDIATE_OBJECT, count: 1 });
+            self.backend.send(Command::DeleteObject { name: IMMEDIATE_OBJECT });
         }
         self.content.immediate_defined = drawn;
         drawn
@@ -230,10 +265,11 @@ impl Context {
         Ok(instances)
     }
 
-    /// After a frame has started: what was deleted while it was assembled may go.
+    /// After a frame has started or was given up: what was deleted while it was assembled may go. Room was reserved.
     pub(super) fn send_deletions(&mut self) {
         for name in self.content.deletions.drain(..) {
-            self.backend.send(Command::DeleteObjects { first: name, count: 1 });
+            self.composites.set(name, Vec::new());
+            self.backend.send(Command::DeleteObject { name });
         }
     }
 }

@@ -60,7 +60,7 @@ impl Context {
     pub fn end(&mut self) -> Result<()> {
         self.usable()?;
         if self.assembler.take().is_none() {
-            return Err(Error::invalid_operation("end without begin"));
+            return Err(Error::invalid_operation("no primitive is open"));
         }
         Ok(())
     }
@@ -74,7 +74,7 @@ impl Context {
     pub fn vertex(&mut self, position: Vec4) -> Result<()> {
         let Some(assembler) = &mut self.assembler else {
             self.usable()?;
-            return Err(Error::invalid_operation("a vertex outside begin and end"));
+            return Err(Error::invalid_operation("no primitive is open: a vertex belongs between begin and end"));
         };
         let vertex = Vertex {
             position: self.matrices.rounded().point(position),

@@ -69,7 +69,7 @@ impl Context {
     pub fn rotate(&mut self, degrees: f64, axis: DVec3) -> Result<()> {
         self.outside_begin()?;
         if !degrees.is_finite() {
-            return Err(Error::invalid_value("the angle is not finite"));
+            return Err(Error::invalid_value(format_args!("the angle is {degrees}")));
         }
         self.matrices.rotate(degrees, axis)
     }

@@ -4,6 +4,7 @@
 //! visible; vertices and instances see the product rounded once to f32.
 
 use super::error::{Error, ErrorCode, Result};
+use crate::scene::MAX_COORDINATE;
 use glam::{Affine3A, DMat4, DVec3, Mat3, Mat4, Vec3, Vec4};
 
 /// Entries that the stack holds, the current matrix included. OpenGL guarantees 32, `OpenRT`'s successors had 1024.
@@ -61,6 +62,34 @@ impl Rounded {
     }
 }
 
+/// `matrix`, whose bottom row is 0 0 0 1 if it is `affine`, as the transform of an instance.
+///
+/// # Errors
+/// `InvalidOperation` for another bottom row, `InvalidValue` where no coordinate could be in range.
+fn instance_matrix(matrix: &Mat4, affine: bool) -> Result<Affine3A> {
+    if !affine {
+        let [x, y, z, w] = matrix.row(3).to_array();
+        return Err(Error::invalid_operation(format_args!(
+            "the last row of the current matrix is {x} {y} {z} {w}, and that of an instance must be 0 0 0 1"
+        )));
+    }
+    let largest = matrix.to_cols_array().into_iter().fold(0.0, |a: f32, b| a.max(b.abs()));
+    if largest > MAX_COORDINATE {
+        return Err(Error::invalid_value(format_args!(
+            "the current matrix has an element of magnitude {largest:e}; coordinates reach to {MAX_COORDINATE:e}"
+        )));
+    }
+    Ok(Affine3A::from_mat4(*matrix))
+}
+
+#[cold]
+fn not_finite(matrix: &Mat4, what: &str) -> Error {
+    let elements = matrix.to_cols_array();
+    let at = elements.iter().position(|e| !e.is_finite()).unwrap_or(0);
+    let (row, column, value) = (at % 4, at / 4, elements[at]);
+    Error::invalid_value(format_args!("{what} would have the element {value} in row {row}, column {column}"))
+}
+
 impl Default for MatrixStack {
     fn default() -> Self {
         Self { below: Vec::new(), current: DMat4::IDENTITY, rounded: Rounded::new(&DMat4::IDENTITY) }
@@ -83,15 +112,24 @@ impl MatrixStack {
 
     /// The current matrix as the transform of an instance.
     pub fn affine(&self) -> Result<Affine3A> {
-        if !self.rounded.affine {
-            return Err(Error::invalid_operation("the matrix of an instance must have the bottom row 0 0 0 1"));
+        instance_matrix(&self.rounded.matrix, self.rounded.affine)
+    }
+
+    /// The current matrix times `matrix` as the transform of an instance.
+    pub fn affine_times(&self, matrix: &DMat4) -> Result<Affine3A> {
+        let product = (self.current * *matrix).as_mat4();
+        if !product.is_finite() {
+            return Err(not_finite(&product, "the product with the current matrix"));
         }
-        Ok(Affine3A::from_mat4(self.rounded.matrix))
+        instance_matrix(&product, product.row(3) == Vec4::W)
     }
 
     pub fn push(&mut self) -> Result<()> {
         if self.depth() == MAX_DEPTH {
-            return Err(Error::new(ErrorCode::StackOverflow, "the matrix stack is full"));
+            return Err(Error::new(
+                ErrorCode::StackOverflow,
+                format_args!("the stack holds {MAX_DEPTH} matrices already, the most that it can"),
+            ));
         }
         self.below.try_reserve(1)?;
         self.below.push(self.current);
@@ -100,7 +138,7 @@ impl MatrixStack {
 
     pub fn pop(&mut self) -> Result<()> {
         let Some(matrix) = self.below.pop() else {
-            return Err(Error::new(ErrorCode::StackUnderflow, "the matrix stack holds only one matrix"));
+            return Err(Error::new(ErrorCode::StackUnderflow, "the stack holds only one matrix"));
         };
         self.current = matrix;
         self.rounded = Rounded::new(&matrix);
@@ -110,7 +148,7 @@ impl MatrixStack {
     /// Replaces the current matrix. NaN, infinite and (in f32) overflowing elements are refused.
     pub fn load(&mut self, matrix: DMat4) -> Result<()> {
         if !matrix.is_finite() || !matrix.as_mat4().is_finite() {
-            return Err(Error::invalid_value("the matrix would hold NaN or infinity"));
+            return Err(not_finite(&matrix.as_mat4(), "the matrix"));
         }
         self.current = matrix;
         self.rounded = Rounded::new(&matrix);
@@ -127,7 +165,7 @@ impl MatrixStack {
         let scaled = axis / axis.abs().max_element();
         let unit = scaled.normalize();
         if !unit.is_finite() {
-            return Err(Error::invalid_value("the axis of a rotation must be finite and not 0"));
+            return Err(Error::invalid_value(format_args!("the axis is {axis}; it must be finite and not 0")));
         }
         let (sin, cos) = sin_cos_degrees(degrees);
         let (x, y, z) = (unit.x, unit.y, unit.z);

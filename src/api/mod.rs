@@ -9,16 +9,19 @@ mod arrays;
 mod assembler;
 mod camera;
 mod class_check;
+mod composites;
 mod context;
 mod error;
 mod frame;
 mod frame_content;
 mod frame_parameter;
 mod immediate;
+mod instances;
 mod matrices;
 mod matrix_stack;
 mod mesh_builder;
 mod names;
+mod near_miss;
 mod objects;
 mod parameter_value;
 mod query;
@@ -31,8 +34,9 @@ mod typed_mesh;
 
 pub use arrays::{Component, Indices, VertexArray, VertexArrays, decode_vectors};
 pub use assembler::Primitive;
+pub(crate) use class_check::{Layout, check_sizes};
 pub use context::{Config, Context, ErrorCallback};
-pub use error::{Error, ErrorCode, Result};
+pub use error::{Error, ErrorCode, Message, Result};
 pub use frame::{CancelHandle, FrameCallback, PixelKind};
 pub use frame_content::IMMEDIATE_OBJECT;
 pub use frame_parameter::{FrameParameter, MAX_FRAMELESS};
@@ -51,9 +55,9 @@ pub use glam;
 pub use crate::backend::{HitSurface, Level, Queries, SceneView};
 pub use crate::frame::{FrameStats, PixelFormat, PixelSink, Target, TargetLayout};
 pub use crate::scene::{
-    CameraShader, EnvironmentShader, Filter, LazyShape, LightSample, LightShader, Mask, Motion, Name, ParamDef,
-    ParamScope, ParamType, ParamValue, PrimaryRay, Program, ShaderClass, ShaderKind, ShadingContext, Strategy,
-    SurfacePoint, SurfaceShader, TextureFormat, TopLevelKind, Upsampling, Wrap,
+    CameraShader, EnvironmentShader, Filter, LazyShape, LightSample, LightShader, LightUse, MAX_COORDINATE, Mask,
+    Motion, Name, ParamDef, ParamScope, ParamType, ParamValue, PrimaryRay, Program, ShaderClass, ShaderKind,
+    ShadingContext, Strategy, SurfacePoint, SurfaceShader, TextureFormat, TopLevelKind, Upsampling, Wrap,
 };
 pub use crate::trace::{ClosestPoint, Hit, Ray};
 

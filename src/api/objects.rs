@@ -1,10 +1,12 @@
 //! Objects: names, definition, deletion, moving vertices, parameters.
 
+use super::composites::Composites;
 use super::context::Context;
-use super::error::{Error, Result};
+use super::error::{Error, ErrorCode, Result};
 use super::mesh_builder::{MeshBuilder, try_copy};
 use super::names::FIRST_RESERVED;
-use crate::scene::{Command, LazyShape, Mask, Motion, Name, Strategy};
+use super::state::finite;
+use crate::scene::{Command, Instance, LazyShape, Mask, Motion, Name, Strategy};
 use glam::Vec3;
 use std::borrow::Cow;
 
@@ -45,6 +47,8 @@ pub struct ObjectInfo {
     pub mask: Mask,
     pub vertex_count: u32,
     pub triangle_count: u32,
+    /// Instances of other objects that it holds.
+    pub child_count: u32,
     /// Some vertex has a normal of its own.
     pub has_normals: bool,
     /// Times that the object was defined.
@@ -58,6 +62,7 @@ pub(super) struct Definition {
     pub name: Name,
     pub mode: Mode,
     pub motion: Motion,
+    pub children: Vec<Instance>,
     /// What was drawn outside objects so far, put aside.
     pub outside: MeshBuilder,
 }
@@ -70,7 +75,7 @@ impl Context {
     pub fn gen_objects(&mut self, n: i32) -> Result<Name> {
         self.outside_begin()?;
         let n = positive(n)?;
-        self.object_names.generate(n).ok_or_else(Error::out_of_memory)
+        self.object_names.generate(n).ok_or_else(|| no_names(n))
     }
 
     /// Begins the definition of object `name`, which need not have been generated; what it was before is replaced,
@@ -78,17 +83,20 @@ impl Context {
     ///
     /// Vertices get the matrix current at `vertex` baked in. The current normal starts unset, so an object that gives no normals
     /// is shaded flat; current colour, texture coordinate, shader and matrix stay what they are, and
-    /// what the definition sets remains set after it.
+    /// what the definition sets remains set after it. [`Context::instantiate_object`] makes other objects part of this one.
     ///
     /// # Errors
     /// `InvalidValue` for name 0 or one of the topmost 256, `InvalidOperation` inside another definition.
     pub fn new_object(&mut self, name: Name, mode: Mode, motion: Motion) -> Result<()> {
         self.outside_object()?;
         if name == 0 || name >= FIRST_RESERVED {
-            return Err(Error::invalid_value("not a name that an object can have"));
+            return Err(Error::invalid_value(format_args!(
+                "{name} is not a name for an object: these are 1 to {}",
+                FIRST_RESERVED - 1
+            )));
         }
         let outside = std::mem::take(&mut self.builder);
-        self.definition = Some(Definition { name, mode, motion, outside });
+        self.definition = Some(Definition { name, mode, motion, children: Vec::new(), outside });
         self.current.normal = None;
         Ok(())
     }
@@ -101,45 +109,58 @@ impl Context {
     pub fn end_object(&mut self) -> Result<()> {
         self.outside_begin()?;
         let Some(definition) = &self.definition else {
-            return Err(Error::invalid_operation("end_object without new_object"));
+            return Err(Error::invalid_operation("no object is being defined"));
         };
         let (name, motion) = (definition.name, definition.motion);
         let placement = match definition.mode {
             Mode::Compile => None,
             Mode::CompileAndInstantiate => {
-                self.content.reserve_instance()?;
+                self.content.reserve_instances(1)?;
                 Some(self.matrices.affine()?)
             }
         };
         self.builder.finish()?;
-        self.backend.reserve(1)?;
+        self.backend.reserve(2)?;
         self.objects.try_reserve(1)?;
+        let held = Composites::held(&definition.children)?;
+        self.composites.reserve()?;
+        let is_shown = self.objects.get(&name).is_some_and(|info| info.used_in_frame == self.frames + 1);
+        if is_shown || placement.is_some() {
+            held.iter().try_for_each(|&child| self.mark_used(child))?;
+        }
         // Nothing can fail from here on.
-        let outside = self.definition.take().map(|d| d.outside).unwrap_or_default();
+        let Some(Definition { children, outside, .. }) = self.definition.take() else { return Ok(()) };
         let mesh = std::mem::replace(&mut self.builder, outside).into_mesh();
+        self.composites.set(name, held);
         self.object_names.claim(name);
         self.content.undelete(name);
         let info = self.objects.entry(name).or_default();
         info.motion = motion;
         info.vertex_count = mesh.positions.len() as u32;
         info.triangle_count = mesh.triangles.len() as u32;
+        info.child_count = children.len() as u32;
         info.has_normals = !mesh.normals.is_empty();
         info.definitions += 1;
         self.backend.send(Command::DefineObject { name, mesh, motion });
+        if !children.is_empty() {
+            self.backend.send(Command::SetChildren { name, children });
+        }
         if let Some(world_from_object) = placement {
-            self.place(name, world_from_object);
+            self.place_defined(name, world_from_object);
         }
         Ok(())
     }
 
     /// Deletes the objects `first..first + n`; names that are not in use are ignored. Instances already placed in the frame
-    /// being assembled, and frames in flight, still show them. Inside a definition the object being defined is not touched.
+    /// being assembled, and frames in flight, still show them. Composites keep the name of a part that is deleted, and show nothing there until an object
+    /// of this name is defined. Inside a definition the object being defined is not touched.
     ///
     /// # Errors
     /// `InvalidValue` for negative `n`.
     pub fn delete_objects(&mut self, first: Name, n: i32) -> Result<()> {
         self.outside_begin()?;
-        let n = u32::try_from(n).map_err(|_| Error::invalid_value("the number of names must not be negative"))?;
+        let n =
+            u32::try_from(n).map_err(|_| Error::invalid_value(format_args!("n is {n}; it must not be negative")))?;
         let end = first.saturating_add(n).min(FIRST_RESERVED);
         if first >= end {
             return Ok(());
@@ -163,7 +184,8 @@ impl Context {
             if shown {
                 self.content.delete_after_start(name);
             } else {
-                self.backend.send(Command::DeleteObjects { first: name, count: 1 });
+                self.composites.set(name, Vec::new());
+                self.backend.send(Command::DeleteObject { name });
             }
         }
         Ok(())
@@ -185,8 +207,8 @@ impl Context {
     pub fn object_parameter(&mut self, name: Name, parameter: ObjectParameter) -> Result<()> {
         self.outside_begin()?;
         self.known_object(name)?;
-        if matches!(parameter, ObjectParameter::Time(time) if !time.is_finite()) {
-            return Err(Error::invalid_value("the time is not finite"));
+        if let ObjectParameter::Time(time) = parameter {
+            finite("the time", &[time])?;
         }
         self.backend.reserve(1)?;
         self.objects.try_reserve(1)?;
@@ -263,10 +285,12 @@ impl Context {
         let (vertices, positions) = (vertices.into(), positions.into());
         let info = self.vertex_range(name, 0, 0)?;
         if vertices.len() != positions.len() {
-            return Err(Error::invalid_value("there must be one position per vertex"));
+            let (vertices, positions) = (vertices.len(), positions.len());
+            return Err(Error::invalid_value(format_args!("{vertices} vertices have {positions} positions")));
         }
-        if vertices.iter().any(|&vertex| vertex >= info.vertex_count) {
-            return Err(Error::invalid_value("the object has fewer vertices"));
+        if let Some(vertex) = vertices.iter().find(|&&vertex| vertex >= info.vertex_count) {
+            let count = info.vertex_count;
+            return Err(Error::invalid_value(format_args!("object {name} has no vertex {vertex}, only {count}")));
         }
         if vertices.is_empty() {
             return Ok(());
@@ -287,8 +311,12 @@ impl Context {
         self.outside_begin()?;
         let positions = positions.into();
         let info = self.vertex_range(name, 0, 0)?;
-        if positions.len() != info.vertex_count as usize || !time.is_finite() {
-            return Err(Error::invalid_value("a key frame has a finite time and a position for each vertex"));
+        finite("the time", &[time])?;
+        if positions.len() != info.vertex_count as usize {
+            let (given, count) = (positions.len(), info.vertex_count);
+            return Err(Error::invalid_value(format_args!(
+                "object {name} has {count} vertices, and {given} positions were given"
+            )));
         }
         let positions = owned(positions)?;
         self.backend.reserve(1)?;
@@ -320,7 +348,7 @@ impl Context {
             return Ok(());
         }
         if !info.has_normals {
-            return Err(Error::invalid_operation("the object was defined without normals"));
+            return Err(Error::invalid_operation(format_args!("object {name} was defined without normals")));
         }
         let normals = owned(normals)?;
         self.backend.reserve(1)?;
@@ -329,14 +357,21 @@ impl Context {
     }
 
     pub(super) fn known_object(&self, name: Name) -> Result<()> {
-        if self.object_names.contains(name) { Ok(()) } else { Err(Error::invalid_value("there is no such object")) }
+        if self.object_names.contains(name) {
+            Ok(())
+        } else {
+            Err(Error::invalid_value(format_args!("there is no object {name}")))
+        }
     }
 
     fn vertex_range(&self, name: Name, first: u32, count: usize) -> Result<ObjectInfo> {
         self.known_object(name)?;
         let info = self.objects.get(&name).copied().unwrap_or_default();
         if count > (info.vertex_count as usize).saturating_sub(first as usize) || first > info.vertex_count {
-            return Err(Error::invalid_value("the object has fewer vertices"));
+            let has = info.vertex_count;
+            return Err(Error::invalid_value(format_args!(
+                "object {name} has {has} vertices, and {count} from number {first} on were given"
+            )));
         }
         Ok(info)
     }
@@ -350,5 +385,13 @@ fn owned<T: Copy>(values: Cow<'_, [T]>) -> Result<Vec<T>> {
 }
 
 pub(super) fn positive(n: i32) -> Result<u32> {
-    u32::try_from(n).ok().filter(|&n| n > 0).ok_or_else(|| Error::invalid_value("the number of names must be positive"))
+    u32::try_from(n)
+        .ok()
+        .filter(|&n| n > 0)
+        .ok_or_else(|| Error::invalid_value(format_args!("n is {n}; it must be positive")))
+}
+
+#[cold]
+pub(super) fn no_names(n: u32) -> Error {
+    Error::new(ErrorCode::OutOfMemory, format_args!("there are no {n} names in a row left"))
 }

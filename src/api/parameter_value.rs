@@ -1,6 +1,7 @@
 //! Parameter values and their bytes.
 
 use crate::scene::{ParamType, ParamValue};
+use std::fmt;
 
 /// Bytes of a parameter of type `ty` in a parameter block; a string is a pointer there.
 pub(super) fn byte_size(ty: ParamType) -> usize {
@@ -32,4 +33,22 @@ pub(super) fn from_bytes(ty: ParamType, bytes: &[u8]) -> Option<ParamValue> {
         ParamType::Raw(_) => ParamValue::Raw(bytes.into()),
         ParamType::String => return None,
     })
+}
+
+/// A type in words, with its article.
+pub(super) struct Described(pub ParamType);
+
+impl fmt::Display for Described {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            ParamType::Int(1) => f.write_str("an integer"),
+            ParamType::Int(n) => write!(f, "{n} integers"),
+            ParamType::Float(1) => f.write_str("a float"),
+            ParamType::Float(n) => write!(f, "{n} floats"),
+            ParamType::Matrix => f.write_str("a matrix of 16 floats"),
+            ParamType::String => f.write_str("a string"),
+            ParamType::Texture => f.write_str("a texture"),
+            ParamType::Raw(n) => write!(f, "{n} bytes"),
+        }
+    }
 }

@@ -14,7 +14,7 @@ impl Context {
     pub fn pick(&mut self, x: f32, y: f32) -> Result<Option<Hit>> {
         self.outside_object()?;
         if !(x.is_finite() && y.is_finite()) {
-            return Err(Error::invalid_value("the window coordinates are not finite"));
+            return Err(Error::invalid_value(format_args!("the window coordinates are ({x}, {y})")));
         }
         let size = self.backend.last_frame_size();
         let Some([_, height]) = self.trust(size)? else {

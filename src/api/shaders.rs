@@ -8,7 +8,9 @@ use super::class_check::check_class;
 use super::context::Context;
 use super::error::{Error, Result};
 use super::names::Names;
-use super::parameter_value::{from_bytes, zero_padded};
+use super::near_miss::NearMiss;
+use super::objects::no_names;
+use super::parameter_value::{Described, from_bytes, zero_padded};
 use crate::scene::{Command, Name, ParamScope, ParamType, ParamValue, ShaderClass};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -18,6 +20,7 @@ pub(super) struct ShaderState {
     pub class_name: Name,
     pub class: Arc<ShaderClass>,
     pub values: Vec<ParamValue>,
+    given: Vec<bool>,
     /// Which values the back-end has not been sent.
     changed: Vec<bool>,
     any_changed: bool,
@@ -37,6 +40,8 @@ pub(super) struct Shaders {
     bound_class: Name,
     bound: Name,
     built_in: Vec<Arc<ShaderClass>>,
+    /// What built-in classes (of no file) and those of shader libraries were named: file, zero byte, class.
+    named: HashMap<String, Name>,
 }
 
 impl Shaders {
@@ -64,26 +69,75 @@ impl Shaders {
     /// The parameter behind `handle`, which must belong to the class of the bound shader.
     fn resolve(&mut self, handle: u32) -> Result<(&mut ShaderState, usize)> {
         let entry = (handle as usize).checked_sub(1).and_then(|i| self.handles.get(i));
-        let &(class, param) = entry.ok_or_else(|| Error::invalid_value("not a parameter handle"))?;
+        let &(class, param) =
+            entry.ok_or_else(|| Error::invalid_value(format_args!("{handle} is not a parameter handle")))?;
         let state = self.shaders.get_mut(&self.bound).ok_or_else(|| Error::invalid_operation("no shader is bound"))?;
         if state.class_name != class {
-            return Err(Error::invalid_operation("the handle belongs to another shader class"));
+            let text = |class: &Name| self.classes.get(class).map_or("none", |class| &*class.name);
+            let (of, bound) = (text(&class), &state.class.name);
+            return Err(Error::invalid_operation(format_args!(
+                "handle {handle} is of shader class \"{of}\", and the bound shader of class \"{bound}\""
+            )));
         }
         Ok((state, param as usize))
     }
 }
 
 impl Context {
-    /// Names the built-in class `class` and binds it.
+    /// The name of the built-in class `class`, the same whenever it is asked for, and binds it.
     ///
     /// # Errors
     /// `InvalidValue` when there is no built-in class of this name.
     pub fn gen_new_shader_class(&mut self, class: &str) -> Result<Name> {
         self.outside_begin()?;
-        let Some(class) = self.shaders.built_in(class) else {
-            return Err(Error::invalid_value(format!("there is no built-in shader class \"{class}\"")));
-        };
-        self.add_class(class)
+        self.named_class("", class, |cx| {
+            cx.shaders.built_in(class).ok_or_else(|| {
+                let known = cx.shaders.built_in.iter().map(|class| &*class.name);
+                Error::invalid_value(format_args!(
+                    "there is no built-in shader class \"{class}\"{}",
+                    NearMiss::among(class, known)
+                ))
+            })
+        })
+    }
+
+    /// Binds the class called `class` of the shader library `file`, which `load` reads when it is first asked for.
+    ///
+    /// # Errors
+    /// Those of `load`; `InvalidValue` when the class contradicts itself.
+    pub(crate) fn gen_loaded_shader_class(
+        &mut self,
+        file: &str,
+        class: &str,
+        load: impl FnOnce() -> Result<ShaderClass>,
+    ) -> Result<Name> {
+        self.outside_begin()?;
+        self.named_class(file, class, |_| {
+            let class = load()?;
+            check_class(&class)?;
+            Ok(Arc::new(class))
+        })
+    }
+
+    /// The class that was named before, or another one, which `make` makes; it is bound.
+    fn named_class(
+        &mut self,
+        file: &str,
+        class: &str,
+        make: impl FnOnce(&mut Self) -> Result<Arc<ShaderClass>>,
+    ) -> Result<Name> {
+        let mut key = String::new();
+        key.try_reserve_exact(file.len() + 1 + class.len())?;
+        [file, "\0", class].iter().for_each(|part| key.push_str(part));
+        if let Some(&name) = self.shaders.named.get(&key) {
+            self.bind_shader_class(name)?;
+            return Ok(name);
+        }
+        self.shaders.named.try_reserve(1)?;
+        let class = make(self)?;
+        let name = self.add_class(class)?;
+        self.shaders.named.insert(key, name);
+        Ok(name)
     }
 
     /// Names a class of the application's and binds it.
@@ -102,7 +156,7 @@ impl Context {
         shaders.classes.try_reserve(1)?;
         shaders.first_handle.try_reserve(1)?;
         shaders.handles.try_reserve(class.params.len())?;
-        let name = shaders.class_names.generate(1).ok_or_else(Error::out_of_memory)?;
+        let name = shaders.class_names.generate(1).ok_or_else(|| no_names(1))?;
         shaders.first_handle.insert(name, shaders.handles.len() as u32 + 1);
         shaders.handles.extend((0..class.params.len() as u32).map(|param| (name, param)));
         shaders.classes.insert(name, class.clone());
@@ -119,7 +173,7 @@ impl Context {
     pub fn bind_shader_class(&mut self, class: Name) -> Result<()> {
         self.outside_begin()?;
         if class != 0 && !self.shaders.classes.contains_key(&class) {
-            return Err(Error::invalid_value("there is no such shader class"));
+            return Err(no_class(class));
         }
         self.shaders.bound_class = class;
         self.shaders.bound = 0;
@@ -139,10 +193,11 @@ impl Context {
         self.backend.reserve(1)?;
         let shaders = &mut self.shaders;
         shaders.shaders.try_reserve(1)?;
-        let name = shaders.shader_names.generate(1).ok_or_else(Error::out_of_memory)?;
+        let name = shaders.shader_names.generate(1).ok_or_else(|| no_names(1))?;
         let values = class.params.iter().map(|p| p.default.clone()).collect();
         let changed = vec![false; class.params.len()];
-        shaders.shaders.insert(name, ShaderState { class_name, class, values, changed, any_changed: false });
+        let given = changed.clone();
+        shaders.shaders.insert(name, ShaderState { class_name, class, values, given, changed, any_changed: false });
         shaders.bound = name;
         self.backend.send(Command::DefineShader { name, class: class_name });
         Ok(name)
@@ -158,7 +213,7 @@ impl Context {
         self.shaders.bound_class = match self.shaders.get(shader) {
             Some(state) => state.class_name,
             None if shader == 0 => 0,
-            None => return Err(Error::invalid_value("there is no such shader")),
+            None => return Err(no_shader(shader)),
         };
         self.shaders.bound = shader;
         Ok(())
@@ -175,7 +230,7 @@ impl Context {
             return Ok(());
         }
         if self.shaders.get(shader).is_none() {
-            return Err(Error::invalid_value("there is no such shader"));
+            return Err(no_shader(shader));
         }
         self.backend.reserve(1)?;
         self.shaders.shaders.remove(&shader);
@@ -204,7 +259,7 @@ impl Context {
     /// `InvalidValue` when there is no such class.
     pub fn get_shader_class(&self, class: Name) -> Result<Arc<ShaderClass>> {
         self.outside_begin()?;
-        self.shaders.classes.get(&class).cloned().ok_or_else(|| Error::invalid_value("there is no such shader class"))
+        self.shaders.classes.get(&class).cloned().ok_or_else(|| no_class(class))
     }
 
     /// The handle of parameter `name` of the bound class.
@@ -218,7 +273,11 @@ impl Context {
         };
         match class.param_index(name) {
             Some(param) => Ok(self.shaders.first_handle[&self.shaders.bound_class] + param),
-            None => Err(Error::invalid_value(format!("shader class \"{}\" has no parameter \"{name}\"", class.name))),
+            None => {
+                let near = NearMiss::among(name, class.params.iter().map(|param| &*param.name));
+                let class = &class.name;
+                Err(Error::invalid_value(format_args!("shader class \"{class}\" has no parameter \"{name}\"{near}")))
+            }
         }
     }
 
@@ -235,7 +294,7 @@ impl Context {
                 self.store(param, ParamValue::Int(zero_padded(values)))
             }
             (ParamType::Texture, &[name]) => self.parameter_texture(handle, name as Name),
-            _ => Err(type_mismatch()),
+            _ => Err(type_mismatch(state, param, ParamType::Int(values.len() as u8))),
         }
     }
 
@@ -251,7 +310,7 @@ impl Context {
                 not_nan(values)?;
                 self.store(param, ParamValue::Float(zero_padded(values)))
             }
-            _ => Err(type_mismatch()),
+            _ => Err(type_mismatch(state, param, ParamType::Float(values.len() as u8))),
         }
     }
 
@@ -263,7 +322,7 @@ impl Context {
         self.usable()?;
         let (state, param) = self.shaders.resolve(handle)?;
         if state.class.params[param].ty != ParamType::Matrix {
-            return Err(type_mismatch());
+            return Err(type_mismatch(state, param, ParamType::Matrix));
         }
         not_nan(matrix)?;
         self.store(param, ParamValue::Matrix(*matrix))
@@ -272,12 +331,20 @@ impl Context {
     /// Sets a string parameter to a copy of `text`; as [`Context::parameter_i`].
     ///
     /// # Errors
-    /// As [`Context::parameter_i`].
+    /// As [`Context::parameter_i`]; `InvalidValue` for a text that the parameter does not take, see [`super::ParamDef::choices`].
     pub fn parameter_string(&mut self, handle: u32, text: &str) -> Result<()> {
         self.usable()?;
         let (state, param) = self.shaders.resolve(handle)?;
-        if state.class.params[param].ty != ParamType::String {
-            return Err(type_mismatch());
+        let def = &state.class.params[param];
+        if def.ty != ParamType::String {
+            return Err(type_mismatch(state, param, ParamType::String));
+        }
+        if !def.choices.is_empty() && !def.choices.contains(&text) {
+            let near = NearMiss::among(text, def.choices.iter().copied());
+            let (name, choices) = (&def.name, def.choices);
+            return Err(Error::invalid_value(format_args!(
+                "parameter \"{name}\" cannot be \"{text}\"{near}; it is one of {choices:?}"
+            )));
         }
         self.store(param, ParamValue::String(text.into()))
     }
@@ -289,7 +356,8 @@ impl Context {
     pub fn parameter_raw(&mut self, handle: u32, bytes: &[u8]) -> Result<()> {
         self.usable()?;
         let (state, param) = self.shaders.resolve(handle)?;
-        match from_bytes(state.class.params[param].ty, bytes).ok_or_else(type_mismatch)? {
+        let given = || type_mismatch(state, param, ParamType::Raw(bytes.len() as u32));
+        match from_bytes(state.class.params[param].ty, bytes).ok_or_else(given)? {
             ParamValue::Texture(name) => self.parameter_texture(handle, name),
             ParamValue::Float(values) => {
                 not_nan(&values)?;
@@ -311,10 +379,10 @@ impl Context {
         self.usable()?;
         let (state, param) = self.shaders.resolve(handle)?;
         if state.class.params[param].ty != ParamType::Texture {
-            return Err(type_mismatch());
+            return Err(type_mismatch(state, param, ParamType::Texture));
         }
         if texture != 0 && !self.textures.contains(texture) {
-            return Err(Error::invalid_value("there is no such texture"));
+            return Err(Error::invalid_value(format_args!("there is no texture {texture}")));
         }
         self.store(param, ParamValue::Texture(texture))
     }
@@ -335,7 +403,7 @@ impl Context {
         let bound = self.shaders.bound;
         let state = self.shaders.shaders.get_mut(&bound).expect("resolve() found the bound shader");
         // Programs that set everything in every frame shall not look as if they changed something.
-        if state.values[param] == value {
+        if std::mem::replace(&mut state.given[param], true) && state.values[param] == value {
             return Ok(());
         }
         if !state.any_changed {
@@ -373,10 +441,29 @@ impl Context {
     }
 }
 
-fn type_mismatch() -> Error {
-    Error::invalid_operation("the parameter has another type or size")
+#[cold]
+pub(super) fn no_shader(shader: Name) -> Error {
+    Error::invalid_value(format_args!("there is no shader {shader}"))
+}
+
+#[cold]
+fn no_class(class: Name) -> Error {
+    Error::invalid_value(format_args!("there is no shader class {class}"))
+}
+
+/// A parameter was given a value of another type.
+#[cold]
+fn type_mismatch(state: &ShaderState, param: usize, given: ParamType) -> Error {
+    let (def, class) = (&state.class.params[param], &state.class.name);
+    let (name, wanted, given) = (&def.name, Described(def.ty), Described(given));
+    Error::invalid_operation(format_args!(
+        "parameter \"{name}\" of shader class \"{class}\" is {wanted}, and was given {given}"
+    ))
 }
 
 fn not_nan(values: &[f32]) -> Result<()> {
-    if values.iter().any(|v| v.is_nan()) { Err(Error::invalid_value("the value is not a number")) } else { Ok(()) }
+    match values.iter().position(|v| v.is_nan()) {
+        Some(at) => Err(Error::invalid_value(format_args!("number {at} of the value is NaN"))),
+        None => Ok(()),
+    }
 }

@@ -8,7 +8,7 @@ use super::matrix_stack::MAX_DEPTH;
 use super::objects::Mode;
 use super::target::MAX_FRAME_SIZE;
 use super::textures::MAX_TEXTURE_SIZE;
-use crate::scene::{TopLevelKind, Upsampling};
+use crate::scene::{DEFAULT_AMBIENT, LightUse, TopLevelKind, Upsampling};
 use std::time::Duration;
 
 /// Most samples per pixel.
@@ -100,6 +100,8 @@ pub enum State {
     InstanceCount,
     /// 4 numbers.
     ClearColor,
+    /// 3 numbers.
+    AmbientLight,
     /// x, y, width, height; all 0 before there is a framebuffer.
     Viewport,
     /// Width, height of the framebuffer; 0 before there is one.
@@ -126,7 +128,7 @@ pub enum State {
 
 impl State {
     /// Everything that can be asked for.
-    pub const ALL: [State; 35] = [
+    pub const ALL: [State; 36] = [
         State::CurrentMatrix,
         State::MatrixDepth,
         State::MaxMatrixDepth,
@@ -144,6 +146,7 @@ impl State {
         State::LightCount,
         State::InstanceCount,
         State::ClearColor,
+        State::AmbientLight,
         State::Viewport,
         State::FrameSize,
         State::MaxFrameSize,
@@ -307,6 +310,7 @@ impl Context {
             State::LightCount => one(self.content.lights.len() as u32),
             State::InstanceCount => one(self.content.instance_count() as u32),
             State::ClearColor => StateValue::new(&self.content.clear_color),
+            State::AmbientLight => StateValue::new(&self.content.ambient.unwrap_or(DEFAULT_AMBIENT)),
             State::Viewport => {
                 let v = self.target.shown_viewport();
                 StateValue::new(&[v.x, v.y, v.width, v.height])
@@ -335,11 +339,11 @@ impl Context {
         self.assembler.as_ref().map(|a| a.primitive())
     }
 
-    /// Lights of the frame being assembled.
+    /// Lights of the frame being assembled, each with the matrix that it was used with.
     ///
     /// # Errors
     /// `InvalidOperation` between begin and end.
-    pub fn get_lights(&self) -> Result<&[crate::scene::Name]> {
+    pub fn get_lights(&self) -> Result<&[LightUse]> {
         self.outside_begin()?;
         Ok(&self.content.lights)
     }
@@ -376,5 +380,14 @@ pub(super) fn in_range(value: i32, least: u32, most: u32) -> Result<u32> {
     u32::try_from(value)
         .ok()
         .filter(|v| (least..=most).contains(v))
-        .ok_or_else(|| Error::invalid_value(format!("the value must be {least} to {most}")))
+        .ok_or_else(|| Error::invalid_value(format_args!("the value is {value}; it must be {least} to {most}")))
+}
+
+/// Checks that all numbers of an argument are finite.
+pub(super) fn finite(argument: &str, values: &[f32]) -> Result<()> {
+    if values.iter().all(|v| v.is_finite()) {
+        Ok(())
+    } else {
+        Err(Error::invalid_value(format_args!("{argument} is {values:?}; it must be finite")))
+    }
 }

@@ -58,10 +58,15 @@ impl FrameTarget {
     /// # Errors
     /// No framebuffer, or the viewport reaches beyond it.
     pub fn viewport(&self) -> Result<Viewport> {
-        let [width, height] = self.size().ok_or_else(|| Error::invalid_operation("there is no framebuffer"))?;
+        let [width, height] = self.size().ok_or_else(|| {
+            Error::invalid_operation("there is no frame buffer: neither its size nor a viewport was set")
+        })?;
         let viewport = self.shown_viewport();
         if viewport.x + viewport.width > width || viewport.y + viewport.height > height {
-            return Err(Error::invalid_operation("the viewport reaches beyond the framebuffer"));
+            let Viewport { x, y, width: w, height: h } = viewport;
+            return Err(Error::invalid_operation(format_args!(
+                "the viewport of {w} x {h} pixels at ({x}, {y}) reaches beyond the frame buffer of {width} x {height}"
+            )));
         }
         Ok(viewport)
     }
@@ -82,12 +87,18 @@ impl Context {
                 check_size(layout.width, layout.height)?;
                 let row = layout.width as usize * layout.format.bytes_per_pixel();
                 if layout.stride < row {
-                    return Err(Error::invalid_value("the stride is shorter than a row"));
+                    let stride = layout.stride;
+                    return Err(Error::invalid_value(format_args!(
+                        "stride is {stride}, less than the {row} bytes of a row"
+                    )));
                 }
                 // Offsets must fit a pointer difference.
                 let size = layout.stride.checked_mul(layout.height as usize);
                 if size.is_none_or(|size| size > isize::MAX as usize) {
-                    return Err(Error::invalid_value("the image is larger than the address space"));
+                    return Err(Error::invalid_value(format_args!(
+                        "{} rows that are {} bytes apart are larger than memory",
+                        layout.height, layout.stride
+                    )));
                 }
                 Place::Target(target)
             }
@@ -116,7 +127,7 @@ impl Context {
     /// framebuffer is an error when a frame starts.
     pub fn viewport(&mut self, x: i32, y: i32, width: i32, height: i32) -> Result<()> {
         self.outside_begin()?;
-        let number = |n: i32| u32::try_from(n).map_err(|_| Error::invalid_value("the viewport has a negative number"));
+        let number = |n: i32| u32::try_from(n).map_err(|_| Error::invalid_value(format_args!("{n} is negative")));
         let viewport = Viewport { x: number(x)?, y: number(y)?, width: number(width)?, height: number(height)? };
         check_size(viewport.width, viewport.height)?;
         check_size(viewport.x + viewport.width, viewport.y + viewport.height)?;
@@ -130,6 +141,8 @@ fn check_size(width: u32, height: u32) -> Result<()> {
     if valid.contains(&width) && valid.contains(&height) {
         Ok(())
     } else {
-        Err(Error::invalid_value(format!("a picture has 1 to {MAX_FRAME_SIZE} pixels on a side")))
+        Err(Error::invalid_value(format_args!(
+            "{width} x {height} pixels; a picture has 1 to {MAX_FRAME_SIZE} on a side"
+        )))
     }
 }

@@ -68,9 +68,11 @@ pub(super) fn level_size(base: &TextureLevel, level: u32) -> Option<(u32, u32)> 
 }
 
 pub(super) fn decode_level(image: &ImageDesc, data: Option<&[u8]>) -> Result<TextureLevel> {
-    let needed = image.byte_size().ok_or_else(|| Error::invalid_value("the rows of the image overlap"))?;
-    if data.is_some_and(|d| d.len() < needed) {
-        return Err(Error::invalid_value("the image is larger than its data"));
+    let needed = image
+        .byte_size()
+        .ok_or_else(|| Error::invalid_value("the rows of the image overlap, or are larger than memory"))?;
+    if let Some(bytes) = data.map(<[u8]>::len).filter(|&bytes| bytes < needed) {
+        return Err(Error::invalid_value(format_args!("the image takes {needed} bytes, and {bytes} were given")));
     }
     let count = image.width as usize * image.height as usize;
     let mut texels = Vec::new();

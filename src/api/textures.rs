@@ -1,11 +1,11 @@
 //! Texture objects.
 
 use super::context::Context;
-use super::error::{Error, ErrorCode, Result};
-use super::names::Names;
-use super::objects::positive;
+use super::error::{Error, Result};
+use super::names::{FIRST_RESERVED, Names};
+use super::objects::{no_names, positive};
 use super::texture_image::{ImageDesc, decode_level, level_size};
-use crate::frame::read_image;
+use crate::backend::read_image;
 use crate::scene::{Command, Filter, Name, Texture, TextureFormat, TextureLevel, Wrap};
 use glam::Affine2;
 use std::collections::HashMap;
@@ -107,7 +107,7 @@ impl Context {
     pub fn gen_textures(&mut self, n: i32) -> Result<Name> {
         self.outside_begin()?;
         let n = positive(n)?;
-        self.textures.names.generate(n).ok_or_else(Error::out_of_memory)
+        self.textures.names.generate(n).ok_or_else(|| no_names(n))
     }
 
     /// Binds a texture, the one that `tex_image_2d` and `tex_parameter` change; a name that is not in use becomes a texture. 0 binds none.
@@ -119,7 +119,10 @@ impl Context {
         if texture != 0 {
             self.textures.states.try_reserve(1)?;
             if !self.textures.names.claim(texture) {
-                return Err(Error::invalid_value("not a name that a texture can have"));
+                return Err(Error::invalid_value(format_args!(
+                    "{texture} is not a name for a texture: these are 1 to {}",
+                    FIRST_RESERVED - 1
+                )));
             }
             self.textures.create(texture)?;
         }
@@ -169,7 +172,10 @@ impl Context {
         self.outside_begin()?;
         let old = self.textures.bound_state()?.texture.clone();
         if image.width > MAX_TEXTURE_SIZE || image.height > MAX_TEXTURE_SIZE {
-            return Err(Error::invalid_value(format!("a texture has at most {MAX_TEXTURE_SIZE} texels on a side")));
+            return Err(Error::invalid_value(format_args!(
+                "{} x {} texels; a texture has at most {MAX_TEXTURE_SIZE} on a side",
+                image.width, image.height
+            )));
         }
         let decoded = decode_level(image, data)?;
         let mut levels = Vec::new();
@@ -177,7 +183,10 @@ impl Context {
             if level as usize > old.levels.len()
                 || level_size(&old.levels[0], level) != Some((image.width, image.height))
             {
-                return Err(Error::invalid_operation("the level does not fit the levels above it"));
+                return Err(Error::invalid_operation(format_args!(
+                    "level {level} of {} x {} texels does not fit the levels above it",
+                    image.width, image.height
+                )));
             }
             levels = copy_levels(&old.levels)?;
             levels.truncate(level as usize);
@@ -246,20 +255,16 @@ impl Context {
     /// Reads an image file (PNG, JPEG, EXR, HDR or PNM, told by its content) into a new texture and binds it.
     ///
     /// # Errors
-    /// `Io` with the cause, `OutOfMemory`.
+    /// `Io` with the cause, `OutOfMemory`; `InvalidOperation` where image files were left out of the build.
     pub fn load_texture(&mut self, path: impl AsRef<Path>) -> Result<Name> {
         self.outside_begin()?;
         let path = path.as_ref();
-        let image = read_image(path).map_err(|e| Error::new(ErrorCode::Io, e.to_string()))?;
-        if image.width > MAX_TEXTURE_SIZE || image.height > MAX_TEXTURE_SIZE {
-            let message = format!("{}: more than {MAX_TEXTURE_SIZE} texels on a side", path.display());
-            return Err(Error::new(ErrorCode::Io, message));
-        }
+        let image = read_image(path, MAX_TEXTURE_SIZE)?;
         let base = TextureLevel { width: image.width, height: image.height, texels: image.texels };
         let levels = vec![base];
         self.textures.states.try_reserve(1)?;
         self.textures.changed.try_reserve(1)?;
-        let name = self.textures.names.generate(1).ok_or_else(Error::out_of_memory)?;
+        let name = self.textures.names.generate(1).ok_or_else(|| no_names(1))?;
         self.textures.create(name)?;
         self.textures.bound = name;
         self.textures.store(Texture { levels, ..Texture::default() })?;

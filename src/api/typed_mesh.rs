@@ -27,11 +27,13 @@ impl Context {
     pub fn draw_mesh(&mut self, mesh: &TriangleMesh<'_>) -> Result<()> {
         self.outside_begin()?;
         let count = mesh.positions.len();
-        if [mesh.normals.len(), mesh.tex_coords.len(), mesh.colors.len()].iter().any(|&n| n != 0 && n != count) {
-            return Err(Error::invalid_value("an attribute has another number of entries than there are positions"));
+        let attributes =
+            [("normals", mesh.normals.len()), ("tex_coords", mesh.tex_coords.len()), ("colors", mesh.colors.len())];
+        if let Some((what, n)) = attributes.into_iter().find(|&(_, n)| n != 0 && n != count) {
+            return Err(Error::invalid_value(format_args!("there are {count} positions and {n} {what}")));
         }
-        if mesh.triangles.as_flattened().iter().any(|&index| index as usize >= count) {
-            return Err(Error::invalid_value("an index lies beyond the positions"));
+        if let Some(index) = mesh.triangles.as_flattened().iter().find(|&&index| index as usize >= count) {
+            return Err(Error::invalid_value(format_args!("index {index} lies beyond the {count} positions")));
         }
         self.all_or_nothing(|context| {
             let placed = *context.matrices.rounded();

@@ -1,12 +1,12 @@
 //! The back-end that renders in this process.
 //!
-//! Commands wait in a list and are applied, in order, when the next frame or commit starts; so a frame sees the scene as it was at
+//! Commands wait ([`Changes`]) and are applied, in order, when the next frame or commit starts; so a frame sees the scene as it was at
 //! its start, and queries between frames see the frame before.
 
 use super::flight::{Flight, FrameFailure, OnDone, World, guarded};
 use crate::frame::{FrameStats, Framebuffer, Target};
 use crate::render::Renderer;
-use crate::scene::{Command, FrameDesc, Scene};
+use crate::scene::{Changes, Command, FrameDesc, Scene};
 use crate::simd::Level;
 use crate::threads::{Pool, ThreadError, with_default_floats};
 use crate::trace::Hit;
@@ -42,7 +42,7 @@ pub struct Local {
     /// Outcome of a flight that a query has waited for; the application has yet to ask.
     outcome: Option<Result<FrameStats, FrameFailure>>,
     /// Not yet applied.
-    pending: Vec<Command>,
+    pending: Changes,
     cancel: Arc<AtomicBool>,
     /// Batches traced on the application's threads.
     pub(super) small_batches: u32,
@@ -62,7 +62,7 @@ impl Local {
             world: Some(Box::new(world)),
             flight: None,
             outcome: None,
-            pending: Vec::new(),
+            pending: Changes::default(),
             cancel: Arc::new(AtomicBool::new(false)),
             small_batches: 0,
         })
@@ -83,12 +83,12 @@ impl Local {
     /// # Errors
     /// No memory.
     pub fn reserve(&mut self, n: usize) -> Result<(), TryReserveError> {
-        self.pending.try_reserve(n)
+        self.pending.reserve(n)
     }
 
     /// Takes a valid command; it counts from the next frame or commit on.
     pub fn send(&mut self, command: Command) {
-        self.pending.push(command);
+        self.pending.add(command, self.world.as_deref().map(|world| &world.scene));
     }
 
     /// Waits for the frame in flight, and makes sure that another can start.
@@ -211,7 +211,7 @@ impl Local {
         let world = self.world.as_mut().expect("the world has landed");
         let pending = &mut self.pending;
         guarded(|| {
-            pending.drain(..).for_each(|command| world.scene.apply(command));
+            pending.apply_to(&mut world.scene);
             Ok(())
         })
     }

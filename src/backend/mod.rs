@@ -5,10 +5,12 @@
 #![forbid(unsafe_code)]
 
 mod flight;
+mod image_files;
 mod local;
 mod queries;
 
 pub use flight::{FrameFailure, OnDone};
+pub use image_files::read_image;
 pub use local::{BackendError, Local};
 
 pub use crate::render::{HitSurface, Queries, SceneView, builtin_classes};

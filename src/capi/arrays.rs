@@ -7,6 +7,7 @@ use super::constants::*;
 use super::guard::{Session, guard, guard_session};
 use super::immediate::primitive;
 use super::pointer::{OutArray, slice};
+use super::refusal::{not_negative, unknown};
 use super::types::*;
 use crate::api::{Component, Error, Indices, Result, VertexArray, VertexArrays, decode_vectors};
 use std::ffi::c_void;
@@ -38,9 +39,14 @@ impl ClientArray {
         let mut view =
             VertexArray { size: self.size as u32, component: self.component, stride: self.stride as usize, bytes: &[] };
         let bytes = view.bytes_needed(vertices).filter(|&n| n <= isize::MAX as usize);
-        let bytes = bytes.ok_or_else(|| Error::invalid_value("the vertex array is larger than memory"))?;
+        let bytes = bytes.ok_or_else(|| {
+            Error::invalid_value(format_args!(
+                "{vertices} vertices that are {} bytes apart are larger than memory",
+                self.stride
+            ))
+        })?;
         if self.pointer.is_null() {
-            return Err(Error::invalid_value("an enabled vertex array has the address NULL"));
+            return Err(Error::invalid_value("an enabled vertex array is at NULL"));
         }
         // SAFETY: not NULL; readable and unchanged by contract; the size was checked; bytes need no alignment.
         view.bytes = unsafe { std::slice::from_raw_parts(self.pointer.cast(), bytes) };
@@ -112,7 +118,7 @@ pub(super) fn component(kind: RTenum) -> Result<Component> {
         RT_UNSIGNED_INT => Component::UnsignedInt,
         RT_FLOAT => Component::Float,
         RT_DOUBLE => Component::Double,
-        _ => return Err(Error::invalid_enum("not a data type")),
+        _ => return Err(unknown("type", kind, "a data type")),
     })
 }
 
@@ -140,11 +146,14 @@ fn describe(
 ) -> Result<()> {
     session.outside_begin()?;
     if !types.contains(&kind) {
-        return Err(Error::invalid_enum("not a data type of this vertex array"));
+        return Err(unknown("type", kind, "a data type of this vertex array"));
     }
     let component = component(kind)?;
     if !sizes.contains(&size) || stride < 0 {
-        return Err(Error::invalid_value("a vertex array has a bad number of components or a negative stride"));
+        let (least, most) = (sizes.start(), sizes.end());
+        return Err(Error::invalid_value(format_args!(
+            "size is {size} and stride {stride}; this array has {least} to {most} components, and a stride of 0 or more"
+        )));
     }
     let slot = session.arrays.of(array).expect("one of the four arrays");
     *slot = ClientArray { enabled: slot.enabled, size, component, stride, pointer };
@@ -190,7 +199,7 @@ pub unsafe extern "C" fn rtTexCoordPointer(size: RTint, type_: RTenum, stride: R
 
 fn enable(session: &mut Session, array: RTenum, enabled: bool) -> Result<()> {
     session.outside_begin()?;
-    let array = session.arrays.of(array).ok_or_else(|| Error::invalid_enum("not a vertex array"))?;
+    let array = session.arrays.of(array).ok_or_else(|| unknown("array", array, "a vertex array"))?;
     array.enabled = enabled;
     Ok(())
 }
@@ -223,7 +232,9 @@ pub unsafe extern "C" fn rtDrawArrays(mode: RTenum, first: RTint, count: RTsizei
         session.outside_begin()?;
         let mode = primitive(mode)?;
         let (Ok(begin), Ok(length)) = (usize::try_from(first), usize::try_from(count)) else {
-            return Err(Error::invalid_value("first and count must not be negative"));
+            return Err(Error::invalid_value(format_args!(
+                "first is {first} and count {count}; neither may be negative"
+            )));
         };
         // A draw of no vertices reads none, wherever it begins.
         let reach = if length == 0 { 0 } else { begin + length };
@@ -250,9 +261,11 @@ pub unsafe extern "C" fn rtDrawElements(mode: RTenum, count: RTsizei, type_: RTe
         let component = component(type_)?;
         Indices::new(component, &[])?;
         let bytes = count.checked_mul(component.bytes() as RTsizei);
-        let bytes = bytes.ok_or_else(|| Error::invalid_value("more indices than two gigabytes hold"))?;
+        let bytes = bytes.ok_or_else(|| {
+            Error::invalid_value(format_args!("count is {count}: more indices than two gigabytes hold"))
+        })?;
         // SAFETY: `indices` is NULL or holds `count` indices, says the manual; they are read before we return.
-        let indices = Indices::new(component, unsafe { slice(indices.cast::<u8>(), bytes)? })?;
+        let indices = Indices::new(component, unsafe { slice("indices", indices.cast::<u8>(), bytes)? })?;
         let reach = indices.max().map_or(0, |highest| highest as usize + 1);
         // SAFETY: enabled arrays hold the vertices up to the highest index, says the manual; they are read before we return.
         match unsafe { session.arrays.view(reach)? } {
@@ -267,9 +280,7 @@ pub unsafe extern "C" fn rtDrawElements(mode: RTenum, count: RTsizei, type_: RTe
 /// # Safety
 /// `pointer` is NULL or points to that many vectors, `stride` bytes apart.
 unsafe fn vectors(count: RTsizei, stride: RTsizei, pointer: *const RTfloat) -> Result<Vec<glam::Vec3>> {
-    let (Ok(count), Ok(_)) = (usize::try_from(count), usize::try_from(stride)) else {
-        return Err(Error::invalid_value("the number of vertices or the stride is negative"));
-    };
+    let (count, _) = (not_negative("count", count)? as usize, not_negative("stride", stride)?);
     if count == 0 {
         return Ok(Vec::new());
     }
@@ -323,9 +334,11 @@ pub unsafe extern "C" fn rtUpdateVertexElements(
         let component = component(type_)?;
         Indices::new(component, &[])?;
         let bytes = count.checked_mul(component.bytes() as RTsizei);
-        let bytes = bytes.ok_or_else(|| Error::invalid_value("more indices than two gigabytes hold"))?;
+        let bytes = bytes.ok_or_else(|| {
+            Error::invalid_value(format_args!("count is {count}: more indices than two gigabytes hold"))
+        })?;
         // SAFETY: `indices` is NULL or holds `count` indices, says the manual; they are read before we return.
-        let indices = Indices::new(component, unsafe { slice(indices.cast::<u8>(), bytes)? })?;
+        let indices = Indices::new(component, unsafe { slice("indices", indices.cast::<u8>(), bytes)? })?;
         // SAFETY: NULL or `count` vectors, says the manual.
         cx.update_vertex_elements(object, indices.to_vec()?, unsafe { vectors(count, stride, vertices)? })
     })
@@ -385,7 +398,9 @@ pub unsafe extern "C" fn rtUpdateNormals(
 fn vertex_range(vertices: u32, first: RTsizei, count: RTsizei) -> Result<u32> {
     match (u32::try_from(first), u32::try_from(count)) {
         (Ok(first), Ok(count)) if u64::from(first) + u64::from(count) <= u64::from(vertices) => Ok(first),
-        _ => Err(Error::invalid_value("the object has fewer vertices, or a number is negative")),
+        _ => Err(Error::invalid_value(format_args!(
+            "the object has {vertices} vertices; first is {first} and count {count}"
+        ))),
     }
 }
 
@@ -404,7 +419,7 @@ pub unsafe extern "C" fn rtGetPointerv(pname: RTenum, params: *mut *mut c_void) 
             RT_NORMAL_ARRAY_POINTER => &session.arrays.normal,
             RT_COLOR_ARRAY_POINTER => &session.arrays.color,
             RT_TEXTURE_COORD_ARRAY_POINTER => &session.arrays.tex_coord,
-            _ => return Err(Error::invalid_enum("not the pointer of a vertex array")),
+            _ => return Err(unknown("pname", pname, "the pointer of a vertex array")),
         };
         params.set(&[array.pointer.cast_mut()])
     })

@@ -97,7 +97,7 @@ pub const RT_REFIT: RTenum = 0x6014;
 /// Update strategy: as RT_REFIT, but boxes that drift apart change places (Kopta and others 2012), and the
 /// structure is built anew when that is not enough.
 pub const RT_ROTATE: RTenum = 0x6017;
-/// Update strategy: uniform grid, made anew when the geometry changes (Larsson and Akenine-Moeller 2003), for triangles
+/// Update strategy: grid of grids, made anew when the geometry changes (Larsson and Akenine-Moeller 2003), for triangles
 /// of like size that move without any order.
 pub const RT_GRID: RTenum = 0x6018;
 /// Update strategy: visibility field (Khanna, Mortensen, Yu and Slater 2004), tiles that list triangles, for many
@@ -344,6 +344,8 @@ pub const RT_LIGHTS: RTenum = 0x60A6;
 pub const RT_INSTANCE_COUNT: RTenum = 0x60A7;
 /// State: the clear colour.
 pub const RT_COLOR_CLEAR_VALUE: RTenum = 0x0C22;
+/// See rtAmbientLight(): 3 numbers.
+pub const RT_AMBIENT_LIGHT: RTenum = 0x0B53;
 /// State: the viewport.
 pub const RT_VIEWPORT: RTenum = 0x0BA2;
 /// State: width and height of the frame buffer; 0 before there is one.

@@ -26,7 +26,7 @@ pub unsafe extern "C" fn rtInit(argc: *mut c_int, argv: *mut *mut c_char) {
 }
 
 /// Ends what rtInit() began: destroys the initial context with everything in it, as rtDestroyContext() does.
-/// rtInit() may be called again.
+/// rtInit() may be called again. It may be given to atexit(): a program that ends lets go of its contexts before.
 ///
 /// Errors: RT_INVALID_OPERATION without rtInit(), or when the initial context is current on another thread.
 #[unsafe(no_mangle)]
@@ -79,9 +79,9 @@ pub extern "C" fn rtGetError() -> RTenum {
     guard_thread(guard::take_error)
 }
 
-/// A text for people. If error is what rtGetError() returned last on this thread, the text says what exactly
-/// was wrong; otherwise it names the error. It never returns NULL. The text belongs to the library and is valid
-/// until the next rtGetError() on this thread.
+/// A text for people. If error is what rtGetError() returned last on this thread, the text says what exactly was
+/// wrong, as "rtInstantiateObject: there is no object 77"; otherwise, and after a megabyte of different texts, it
+/// names the error. It never returns NULL. The text belongs to the library and is valid until the process ends.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtGetErrorString(error: RTenum) -> *const c_char {
     guard_thread(|| Ok(guard::error_text(error)))

@@ -3,6 +3,7 @@
 use super::constants::*;
 use super::guard::{UserData, guard, guard_thread};
 use super::pointer::{Out, slice_mut, text};
+use super::refusal::{not_negative, null, unknown};
 use super::types::*;
 use crate::api::{
     Context, Error, FrameCallback, FrameStats, PixelFormat, PixelKind, PixelSink, Result, Target, TargetLayout,
@@ -40,7 +41,7 @@ fn pixel_format(format: RTenum) -> Result<PixelFormat> {
         RT_RGB8 => PixelFormat::Rgb8,
         RT_RGB32F => PixelFormat::Rgb32F,
         RT_RGBA32F => PixelFormat::Rgba32F,
-        _ => return Err(Error::invalid_enum("not a frame buffer format")),
+        _ => return Err(unknown("format", format, "a frame buffer format")),
     })
 }
 
@@ -57,18 +58,18 @@ fn set_frame_buffer(
     }
     cx.is_object(0)?;
     let format = pixel_format(format)?;
-    let (Ok(width), Ok(height)) = (u32::try_from(width), u32::try_from(height)) else {
-        return Err(Error::invalid_value("the size of the frame buffer is negative"));
-    };
+    let (width, height) = (not_negative("width", width)?, not_negative("height", height)?);
     let stride = match stride {
         None => width as usize * format.bytes_per_pixel(),
-        Some(stride) => usize::try_from(stride).map_err(|_| Error::invalid_value("the stride is negative"))?,
+        Some(stride) => not_negative("stride", stride)? as usize,
     };
     if pixels.is_null() {
-        return Err(Error::invalid_value("the frame buffer is at NULL"));
+        return Err(null("pixels"));
     }
     let size = stride.checked_mul(height as usize);
-    let size = size.ok_or_else(|| Error::invalid_value("the frame buffer is larger than memory"))?;
+    let size = size.ok_or_else(|| {
+        Error::invalid_value(format_args!("{height} rows that are {stride} bytes apart are larger than memory"))
+    })?;
     let layout = TargetLayout { width, height, format, stride, origin_top_left: false };
     cx.set_frame_buffer(Some(Target { layout, sink: Arc::new(AppMemory { base: pixels.cast(), size }) }))
 }
@@ -219,8 +220,8 @@ pub unsafe extern "C" fn rtFrameCallback(callback: RTframeCallback, userData: *m
 }
 
 /// Brings all acceleration structures up to date with the objects, and with the instances placed in this frame
-/// so far, without rendering and without beginning a new frame. Ray queries then see them. Waits for a frame
-/// that is being rendered.
+/// so far, without rendering and without beginning a new frame (rtClearInstances() does that). Ray queries then
+/// see them. Waits for a frame that is being rendered.
 ///
 /// Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject();
 /// RT_OUT_OF_MEMORY.
@@ -235,7 +236,7 @@ pub extern "C" fn rtCommitScene() {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtGetFrameStats(stats: *mut RTframeStats) {
     // SAFETY: `stats` is NULL or a place for statistics, says the manual.
-    let out = unsafe { Out::new(stats) };
+    let out = unsafe { Out::new("stats", stats) };
     guard(|cx| {
         let stats = cx.get_frame_stats()?;
         out.check()?.set(RTframeStats {
@@ -276,7 +277,11 @@ fn pixel_kind(format: RTenum, kind: RTenum) -> Result<PixelKind> {
         (RT_NORMAL, RT_FLOAT) => PixelKind::Normal,
         (RT_OBJECT_ID, RT_UNSIGNED_INT) => PixelKind::ObjectId,
         (RT_INSTANCE_ID, RT_UNSIGNED_INT) => PixelKind::InstanceId,
-        _ => return Err(Error::invalid_enum("frames have no pixels of this format and type")),
+        _ => {
+            return Err(Error::invalid_enum(format_args!(
+                "frames have no pixels of format 0x{format:04X} and type 0x{kind:04X}"
+            )));
+        }
     })
 }
 
@@ -302,17 +307,17 @@ pub unsafe extern "C" fn rtReadPixels(
     guard(|cx| {
         cx.is_object(0)?;
         let kind = pixel_kind(format, type_)?;
-        let number =
-            |n: RTint| u32::try_from(n).map_err(|_| Error::invalid_value("the rectangle has a negative number"));
-        let (x, y, width, height) = (number(x)?, number(y)?, number(width)?, number(height)?);
+        let (x, y) = (not_negative("x", x)?, not_negative("y", y)?);
+        let (width, height) = (not_negative("width", width)?, not_negative("height", height)?);
         // Only a rectangle within the picture has a size that we believe; for another one read_pixels finds the error.
         let [picture_width, picture_height] = cx.frame_size()?;
         let out = if width <= picture_width && height <= picture_height {
             let size = width as usize * height as usize * kind.bytes_per_pixel();
-            let size =
-                RTsizei::try_from(size).map_err(|_| Error::invalid_value("more than two gigabytes of pixels"))?;
+            let size = RTsizei::try_from(size).map_err(|_| {
+                Error::invalid_value(format_args!("{width} x {height} pixels are more than two gigabytes"))
+            })?;
             // SAFETY: `pixels` is NULL or a place for the rectangle, says the manual; C has no uninitialised bytes.
-            unsafe { slice_mut(pixels.cast::<u8>(), size)? }
+            unsafe { slice_mut("pixels", pixels.cast::<u8>(), size)? }
         } else {
             &mut []
         };
@@ -329,6 +334,6 @@ pub unsafe extern "C" fn rtReadPixels(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtWriteImage(file: *const c_char) {
     // SAFETY: `file` is NULL or a string, says the manual; it is read before we return.
-    let file = unsafe { text(file) };
+    let file = unsafe { text("file", file) };
     guard(|cx| cx.write_image(file?))
 }

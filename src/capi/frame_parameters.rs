@@ -2,6 +2,7 @@
 
 use super::constants::*;
 use super::guard::guard;
+use super::refusal::unknown;
 use super::types::*;
 use crate::api::{Context, Error, FrameParameter, Result, Upsampling};
 use std::time::Duration;
@@ -10,7 +11,7 @@ fn upsampling(value: RTint) -> Result<Upsampling> {
     match RTenum::try_from(value) {
         Ok(RT_BILINEAR) => Ok(Upsampling::Bilinear),
         Ok(RT_MIDPOINT) => Ok(Upsampling::Midpoint),
-        _ => Err(Error::invalid_enum("not a way of up-sampling")),
+        _ => Err(unknown("param", value as RTenum, "a way of up-sampling")),
     }
 }
 
@@ -27,14 +28,14 @@ fn frame_parameter(cx: &mut Context, pname: RTenum, value: RTint) -> Result<()> 
         RT_UPSAMPLING => FrameParameter::Upsampling(upsampling(value)?),
         RT_FRAMELESS => FrameParameter::Frameless(value),
         RT_TIME_BUDGET => time_budget(value.into())?,
-        _ => return Err(Error::invalid_enum("not a parameter of frames")),
+        _ => return Err(unknown("pname", pname, "a parameter of frames")),
     })
 }
 
 /// Negative numbers, and those that are too large to end, are no budget.
 fn time_budget(milliseconds: RTdouble) -> Result<FrameParameter> {
     if milliseconds.is_nan() {
-        return Err(Error::invalid_value("the time budget is not a number"));
+        return Err(Error::invalid_value("param is NaN"));
     }
     Ok(FrameParameter::TimeBudget(Duration::try_from_secs_f64(milliseconds / 1e3).ok()))
 }

@@ -10,9 +10,11 @@
 use super::arrays::ClientArrays;
 use super::constants::*;
 use super::loaded_scenes::LoadedScenes;
+use super::texts;
 use super::types::{RTboolean, RTenum, RTerrorCallback, RTint, RTuint};
 use crate::api::{CancelHandle, Context, Error, ErrorCode, Result};
-use std::any::Any;
+use std::any::{Any, type_name};
+use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::ffi::{CString, c_char, c_void};
@@ -27,8 +29,6 @@ pub(super) struct Session {
     pub user_data: UserData,
     pub arrays: ClientArrays,
     pub scenes: LoadedScenes,
-    /// The text that a getter returned last, kept as long as the manual promises.
-    pub answer: Option<CString>,
 }
 
 impl Session {
@@ -93,9 +93,10 @@ thread_local! {
     static TELLING: Cell<bool> = const { Cell::new(false) };
     /// First error of a thread on which no context was current.
     static HOMELESS_ERROR: Cell<RTenum> = const { Cell::new(RT_NO_ERROR) };
-    /// Code and text that `rtGetErrorString` shows for the last `rtGetError` of this thread.
-    static LAST_TEXT: RefCell<(RTenum, CString)> = RefCell::default();
-    static HOMELESS_TEXT: RefCell<String> = const { RefCell::new(String::new()) };
+    /// What `rtGetError` returned last on this thread, and its text for `rtGetErrorString`.
+    static LAST_CODE: Cell<RTenum> = const { Cell::new(RT_NO_ERROR) };
+    static LAST_TEXT: RefCell<Cow<'static, str>> = const { RefCell::new(Cow::Borrowed("")) };
+    static HOMELESS_TEXT: RefCell<Cow<'static, str>> = const { RefCell::new(Cow::Borrowed("")) };
 }
 
 /// What an export returns when its call is refused.
@@ -128,39 +129,51 @@ impl Refused for *const c_char {
     const REFUSED: Self = std::ptr::null();
 }
 
-/// Runs `call` on the context that is current on this thread.
+/// Runs `call`, a closure of an export, on the context that is current on this thread.
 #[inline]
-pub(super) fn guard<T: Refused>(call: impl FnOnce(&mut Context) -> Result<T>) -> T {
-    guard_session(|session| call(&mut session.context))
+pub(super) fn guard<T: Refused, F: FnOnce(&mut Context) -> Result<T>>(call: F) -> T {
+    guarded(type_name::<F>(), |session| call(&mut session.context))
 }
 
 /// As [`guard`], with what the C face keeps beside the context.
 #[inline]
-pub(super) fn guard_session<T: Refused>(call: impl FnOnce(&mut Session) -> Result<T>) -> T {
+pub(super) fn guard_session<T: Refused, F: FnOnce(&mut Session) -> Result<T>>(call: F) -> T {
+    guarded(type_name::<F>(), call)
+}
+
+#[inline]
+fn guarded<T: Refused>(closure: &'static str, call: impl FnOnce(&mut Session) -> Result<T>) -> T {
     // Unwind safety: after a panic the context is poisoned, and what is poisoned answers nothing but errors.
     let outcome = catch_unwind(AssertUnwindSafe(|| {
-        SLOT.with(|slot| match slot.0.try_borrow_mut() {
+        let outcome = SLOT.try_with(|slot| match slot.0.try_borrow_mut() {
             Ok(mut current) => match &mut *current {
                 Some(session) => call(session),
                 None => Err(no_context()),
             },
             Err(_) => Err(Error::invalid_operation("the context is busy with another call of this thread")),
-        })
+        });
+        outcome.unwrap_or_else(|_| Err(thread_has_ended()))
     }));
     match outcome {
         Ok(Ok(value)) => value,
-        Ok(Err(error)) => refuse(error),
-        Err(payload) => defect(payload),
+        Ok(Err(error)) => refuse(closure, error),
+        Err(payload) => defect(closure, payload),
     }
 }
 
 /// Runs `call`, which needs no context (it makes, changes or asks for the current one).
-pub(super) fn guard_thread<T: Refused>(call: impl FnOnce() -> Result<T>) -> T {
+pub(super) fn guard_thread<T: Refused, F: FnOnce() -> Result<T>>(call: F) -> T {
     match catch_unwind(AssertUnwindSafe(call)) {
         Ok(Ok(value)) => value,
-        Ok(Err(error)) => refuse(error),
-        Err(payload) => defect(payload),
+        Ok(Err(error)) => refuse(type_name::<F>(), error),
+        Err(payload) => defect(type_name::<F>(), payload),
     }
+}
+
+/// The export that a closure is in, by the path of the closure's type (`openrt::capi::view::rtUseLight::{{closure}}`): so texts name the call, and
+/// calls that go well pay nothing for it.
+fn call_of(closure: &str) -> &str {
+    closure.split("::").find(|part| part.starts_with("rt")).unwrap_or("openrt")
 }
 
 #[cold]
@@ -168,11 +181,20 @@ fn no_context() -> Error {
     Error::invalid_operation("no context is current on this thread: call rtInit or rtMakeCurrent first")
 }
 
+/// Functions that `atexit()` runs come after the thread's storage: its context is parked by then.
+#[cold]
+fn thread_has_ended() -> Error {
+    Error::invalid_operation("the thread has let go of its context, as it has ended or the process is ending")
+}
+
 /// Records `error` where `rtGetError` of this thread will find it, then tells the callback.
 #[cold]
-fn refuse<T: Refused>(error: Error) -> T {
+fn refuse<T: Refused>(closure: &'static str, error: Error) -> T {
     // Reporting must not fail: whatever goes wrong here is dropped.
-    let _ = catch_unwind(AssertUnwindSafe(|| report(error)));
+    let _ = catch_unwind(AssertUnwindSafe(|| {
+        let message = &error.message;
+        report(Error::new(error.code, format_args!("{}: {message}", call_of(closure))));
+    }));
     T::REFUSED
 }
 
@@ -199,7 +221,7 @@ fn report(error: Error) {
             let _ = HOMELESS_ERROR.try_with(|first| {
                 if first.get() == RT_NO_ERROR {
                     first.set(code);
-                    let _ = HOMELESS_TEXT.try_with(|text| *text.borrow_mut() = error.message.into_owned());
+                    let _ = HOMELESS_TEXT.try_with(|text| *text.borrow_mut() = error.message);
                 }
             });
         }
@@ -208,7 +230,7 @@ fn report(error: Error) {
 
 /// A panic came out of the library: the context cannot be trusted any more.
 #[cold]
-fn defect<T: Refused>(payload: Box<dyn Any + Send>) -> T {
+fn defect<T: Refused>(closure: &'static str, payload: Box<dyn Any + Send>) -> T {
     let why = if let Some(text) = payload.downcast_ref::<&str>() {
         (*text).to_owned()
     } else if let Some(text) = payload.downcast_ref::<String>() {
@@ -226,7 +248,7 @@ fn defect<T: Refused>(payload: Box<dyn Any + Send>) -> T {
             session.context.poison(text.clone());
         }
     });
-    refuse(Error::new(ErrorCode::InternalError, text))
+    refuse(closure, Error::new(ErrorCode::InternalError, text))
 }
 
 /// A text for C; zero bytes cannot be part of it.
@@ -236,7 +258,7 @@ pub(super) fn c_text(text: &str) -> CString {
 
 /// The error of the current context, else of this thread, which is thereby forgotten.
 pub(super) fn take_error() -> Result<RTenum> {
-    let of_context = SLOT.with(|slot| -> Result<Option<(RTenum, CString)>> {
+    let of_context = SLOT.try_with(|slot| -> Result<Option<(RTenum, Cow<'static, str>)>> {
         let mut current = slot.0.borrow_mut();
         let Some(session) = current.as_mut() else { return Ok(None) };
         let context = &mut session.context;
@@ -244,20 +266,28 @@ pub(super) fn take_error() -> Result<RTenum> {
         if !context.is_poisoned() {
             context.is_object(0)?;
         }
-        let code = number_of(context.get_error());
-        Ok(Some((code, c_text(context.error_message()))))
-    })?;
-    let (code, text) = match of_context {
-        Some(found) if found.0 != RT_NO_ERROR => found,
-        _ => (HOMELESS_ERROR.replace(RT_NO_ERROR), c_text(&HOMELESS_TEXT.take())),
-    };
-    LAST_TEXT.replace((code, text));
+        Ok(match context.get_error() {
+            ErrorCode::NoError => None,
+            code => Some((number_of(code), context.error_text().clone())),
+        })
+    });
+    let of_context = of_context.unwrap_or(Ok(None))?;
+    let found = of_context.or_else(|| match HOMELESS_ERROR.replace(RT_NO_ERROR) {
+        RT_NO_ERROR => None,
+        code => Some((code, HOMELESS_TEXT.try_with(RefCell::take).unwrap_or_default())),
+    });
+    let code = found.as_ref().map_or(RT_NO_ERROR, |found| found.0);
+    LAST_CODE.set(code);
+    if let Some((_, text)) = found {
+        // The text is lost on a thread that has ended; its code is not.
+        let _ = LAST_TEXT.try_with(|last| last.replace(text));
+    }
     Ok(code)
 }
 
 /// Text of `code`: in full when it is what `rtGetError` returned last on this thread.
 pub(super) fn error_text(code: RTenum) -> *const c_char {
-    let full = LAST_TEXT.with_borrow(|(last, text)| (*last == code && code != RT_NO_ERROR).then(|| text.as_ptr()));
+    let full = || LAST_TEXT.try_with(|text| texts::bounded(&text.borrow())).ok().flatten();
     let general = match code {
         RT_NO_ERROR => c"no error",
         RT_INVALID_ENUM => c"invalid enumerant",
@@ -270,7 +300,8 @@ pub(super) fn error_text(code: RTenum) -> *const c_char {
         RT_INTERNAL_ERROR => c"a defect of openrt",
         _ => c"not an error code",
     };
-    full.unwrap_or(general.as_ptr())
+    let is_last = code != RT_NO_ERROR && code == LAST_CODE.get();
+    is_last.then(full).flatten().unwrap_or(general).as_ptr()
 }
 
 fn number_of(code: ErrorCode) -> RTenum {
@@ -302,7 +333,6 @@ pub(super) fn create() -> Result<RTuint> {
         user_data: UserData(std::ptr::null_mut()),
         arrays: ClientArrays::default(),
         scenes: LoadedScenes::default(),
-        answer: None,
     };
     table.contexts.insert(name, Entry { parked: Some(Box::new(session)), cancel });
     Ok(name)
@@ -310,7 +340,7 @@ pub(super) fn create() -> Result<RTuint> {
 
 /// Makes context `name` current on this thread, or none for 0. The one before is parked.
 pub(super) fn make_current(name: RTuint) -> Result<()> {
-    SLOT.with(|slot| {
+    let made = SLOT.try_with(|slot| {
         let mut current = slot.0.try_borrow_mut().map_err(|_| Error::invalid_operation("the context is busy"))?;
         if current.as_ref().map_or(0, |s| s.name) == name {
             return Ok(());
@@ -318,8 +348,8 @@ pub(super) fn make_current(name: RTuint) -> Result<()> {
         let next = match name {
             0 => None,
             _ => match table().contexts.get_mut(&name) {
-                None => return Err(no_such_context()),
-                Some(Entry { parked: None, .. }) => return Err(current_elsewhere()),
+                None => return Err(no_such_context(name)),
+                Some(Entry { parked: None, .. }) => return Err(current_elsewhere(name)),
                 Some(Entry { parked, .. }) => parked.take(),
             },
         };
@@ -327,58 +357,66 @@ pub(super) fn make_current(name: RTuint) -> Result<()> {
             park(before);
         }
         Ok(())
-    })
+    });
+    made.unwrap_or_else(|_| Err(thread_has_ended()))
 }
 
 /// Name of the context that is current on this thread; 0 for none.
 pub(super) fn current_name() -> RTuint {
-    SLOT.with(|slot| slot.0.try_borrow().map_or(0, |current| current.as_ref().map_or(0, |s| s.name)))
+    let name = SLOT.try_with(|slot| slot.0.try_borrow().map_or(0, |current| current.as_ref().map_or(0, |s| s.name)));
+    name.unwrap_or(0)
 }
 
-fn no_such_context() -> Error {
-    Error::invalid_value("there is no such context")
+fn no_such_context(name: RTuint) -> Error {
+    Error::invalid_value(format_args!("there is no context {name}"))
 }
 
-fn current_elsewhere() -> Error {
-    Error::invalid_operation("the context is current on another thread")
+fn current_elsewhere(name: RTuint) -> Error {
+    Error::invalid_operation(format_args!("context {name} is current on another thread"))
 }
 
 /// Cancels the frame of context `name`, wherever it is current.
 pub(super) fn cancel(name: RTuint) -> Result<()> {
-    table().contexts.get(&name).ok_or_else(no_such_context)?.cancel.cancel();
+    table().contexts.get(&name).ok_or_else(|| no_such_context(name))?.cancel.cancel();
     Ok(())
 }
 
 /// Destroys context `name`, which must not be current on another thread.
 pub(super) fn destroy(name: RTuint) -> Result<()> {
-    let doomed = SLOT.with(|slot| {
+    let doomed = SLOT.try_with(|slot| {
         let mut current = slot.0.try_borrow_mut().map_err(|_| Error::invalid_operation("the context is busy"))?;
-        let mut table = table();
-        let entry = table.contexts.get_mut(&name).ok_or_else(no_such_context)?;
-        let doomed = match entry.parked.take() {
-            None if current.as_ref().is_some_and(|s| s.name == name) => current.take(),
-            None => return Err(current_elsewhere()),
-            parked => parked,
-        };
-        entry.cancel.cancel();
-        table.contexts.remove(&name);
-        if table.initial == name {
-            table.initial = 0;
-        }
-        Ok(doomed)
-    })?;
+        take_out(name, &mut current)
+    });
+    let doomed = doomed.unwrap_or_else(|_| take_out(name, &mut None))?;
     // Waits for a frame in flight, with no lock held.
     drop(doomed);
     Ok(())
 }
 
+/// Takes context `name` out of the table; `current` is the one of this thread.
+fn take_out(name: RTuint, current: &mut Option<Box<Session>>) -> Result<Option<Box<Session>>> {
+    let mut table = table();
+    let entry = table.contexts.get_mut(&name).ok_or_else(|| no_such_context(name))?;
+    let doomed = match entry.parked.take() {
+        None if current.as_ref().is_some_and(|s| s.name == name) => current.take(),
+        None => return Err(current_elsewhere(name)),
+        parked => parked,
+    };
+    entry.cancel.cancel();
+    table.contexts.remove(&name);
+    if table.initial == name {
+        table.initial = 0;
+    }
+    Ok(doomed)
+}
+
 /// `rtInit`: makes the initial context and makes it current.
 pub(super) fn init() -> Result<()> {
     if table().initial != 0 {
-        return Err(Error::invalid_operation("rtInit was called before"));
+        return Err(Error::invalid_operation("it was called before, and rtExit not since"));
     }
     if current_name() != 0 {
-        return Err(Error::invalid_operation("a context is current already"));
+        return Err(Error::invalid_operation("a context is current on this thread already"));
     }
     let name = create()?;
     {
@@ -387,18 +425,21 @@ pub(super) fn init() -> Result<()> {
             let lost_race = table.contexts.remove(&name);
             drop(table);
             drop(lost_race);
-            return Err(Error::invalid_operation("rtInit was called on another thread"));
+            return Err(Error::invalid_operation("it was called on another thread"));
         }
         table.initial = name;
     }
-    make_current(name)
+    make_current(name).inspect_err(|_| {
+        let doomed = take_out(name, &mut None);
+        drop(doomed);
+    })
 }
 
 /// `rtExit`: destroys the initial context.
 pub(super) fn exit() -> Result<()> {
     let initial = table().initial;
     match initial {
-        0 => Err(Error::invalid_operation("rtExit without rtInit")),
+        0 => Err(Error::invalid_operation("rtInit was not called")),
         name => destroy(name),
     }
 }

@@ -3,8 +3,9 @@
 use super::constants::*;
 use super::guard::guard;
 use super::pointer::array;
+use super::refusal::unknown;
 use super::types::*;
-use crate::api::{Error, Primitive, Result};
+use crate::api::{Primitive, Result};
 use glam::Vec4;
 
 /// A number as the engine computes with it. Doubles beyond the range of floats become infinite: such vertices
@@ -55,7 +56,7 @@ pub(super) fn primitive(mode: RTenum) -> Result<Primitive> {
         RT_QUADS => Primitive::Quads,
         RT_QUAD_STRIP => Primitive::QuadStrip,
         RT_POLYGON => Primitive::Polygon,
-        _ => return Err(Error::invalid_enum("not a primitive mode")),
+        _ => return Err(unknown("mode", mode, "a primitive")),
     })
 }
 

@@ -91,7 +91,7 @@ fn outside_object(cx: &Context) -> Result<()> {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtLoadScene(file: *const c_char, parts: RTbitfield) -> RTuint {
     // SAFETY: `file` is NULL or a string, says the manual; it is read before we return.
-    let file = unsafe { text(file) };
+    let file = unsafe { text("file", file) };
     guard_session(|session| {
         outside_object(&session.context)?;
         let (file, parts) = (file?, parts_of(parts)?);

@@ -1,7 +1,7 @@
 //! The matrix stack.
 
 use super::guard::guard;
-use super::pointer::array;
+use super::pointer::array_at;
 use super::types::*;
 use glam::{DMat4, DVec3};
 
@@ -41,7 +41,7 @@ pub extern "C" fn rtLoadIdentity() {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtLoadMatrixf(m: *const RTfloat) {
     // SAFETY: `m` is NULL or points to 16 values, says the manual.
-    let m = unsafe { array(m) };
+    let m = unsafe { array_at("m", m) };
     guard(|cx| cx.load_matrix(matrix(m?)))
 }
 
@@ -49,7 +49,7 @@ pub unsafe extern "C" fn rtLoadMatrixf(m: *const RTfloat) {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtLoadMatrixd(m: *const RTdouble) {
     // SAFETY: `m` is NULL or points to 16 values, says the manual.
-    let m = unsafe { array(m) };
+    let m = unsafe { array_at("m", m) };
     guard(|cx| cx.load_matrix(matrix(m?)))
 }
 
@@ -60,7 +60,7 @@ pub unsafe extern "C" fn rtLoadMatrixd(m: *const RTdouble) {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtMultMatrixf(m: *const RTfloat) {
     // SAFETY: `m` is NULL or points to 16 values, says the manual.
-    let m = unsafe { array(m) };
+    let m = unsafe { array_at("m", m) };
     guard(|cx| cx.mult_matrix(matrix(m?)))
 }
 
@@ -68,7 +68,7 @@ pub unsafe extern "C" fn rtMultMatrixf(m: *const RTfloat) {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtMultMatrixd(m: *const RTdouble) {
     // SAFETY: `m` is NULL or points to 16 values, says the manual.
-    let m = unsafe { array(m) };
+    let m = unsafe { array_at("m", m) };
     guard(|cx| cx.mult_matrix(matrix(m?)))
 }
 
@@ -79,7 +79,7 @@ pub unsafe extern "C" fn rtMultMatrixd(m: *const RTdouble) {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtLoadTransposeMatrixf(m: *const RTfloat) {
     // SAFETY: `m` is NULL or points to 16 values, says the manual.
-    let m = unsafe { array(m) };
+    let m = unsafe { array_at("m", m) };
     guard(|cx| cx.load_transpose_matrix(matrix(m?)))
 }
 
@@ -87,7 +87,7 @@ pub unsafe extern "C" fn rtLoadTransposeMatrixf(m: *const RTfloat) {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtLoadTransposeMatrixd(m: *const RTdouble) {
     // SAFETY: `m` is NULL or points to 16 values, says the manual.
-    let m = unsafe { array(m) };
+    let m = unsafe { array_at("m", m) };
     guard(|cx| cx.load_transpose_matrix(matrix(m?)))
 }
 
@@ -98,7 +98,7 @@ pub unsafe extern "C" fn rtLoadTransposeMatrixd(m: *const RTdouble) {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtMultTransposeMatrixf(m: *const RTfloat) {
     // SAFETY: `m` is NULL or points to 16 values, says the manual.
-    let m = unsafe { array(m) };
+    let m = unsafe { array_at("m", m) };
     guard(|cx| cx.mult_transpose_matrix(matrix(m?)))
 }
 
@@ -106,7 +106,7 @@ pub unsafe extern "C" fn rtMultTransposeMatrixf(m: *const RTfloat) {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtMultTransposeMatrixd(m: *const RTdouble) {
     // SAFETY: `m` is NULL or points to 16 values, says the manual.
-    let m = unsafe { array(m) };
+    let m = unsafe { array_at("m", m) };
     guard(|cx| cx.mult_transpose_matrix(matrix(m?)))
 }
 

@@ -21,6 +21,8 @@ mod types;
 mod guard;
 mod plugin;
 mod pointer;
+mod refusal;
+mod texts;
 
 mod arrays;
 mod attributes;

@@ -3,8 +3,9 @@
 use super::constants::*;
 use super::guard::guard;
 use super::pointer::OutArray;
+use super::refusal::{not_negative, unknown};
 use super::types::*;
-use crate::api::{Context, Error, Mask, Mode, Motion, ObjectParameter, Result, Strategy};
+use crate::api::{Context, Mask, Mode, Motion, ObjectParameter, Result, Strategy};
 
 const MOTION_FLAGS: RTbitfield = RT_STATIC | RT_AFFINE | RT_UNSTRUCTURED;
 
@@ -12,7 +13,7 @@ fn mode_and_motion(mode: RTenum) -> Result<(Mode, Motion)> {
     let compile = match mode & !MOTION_FLAGS {
         RT_COMPILE => Mode::Compile,
         RT_COMPILE_AND_INSTANTIATE => Mode::CompileAndInstantiate,
-        _ => return Err(Error::invalid_enum("not an object mode")),
+        _ => return Err(unknown("mode", mode, "an object mode")),
     };
     Ok((compile, motion(mode & MOTION_FLAGS)?))
 }
@@ -22,7 +23,7 @@ fn motion(flag: RTbitfield) -> Result<Motion> {
         0 | RT_AFFINE => Motion::Affine,
         RT_STATIC => Motion::Static,
         RT_UNSTRUCTURED => Motion::Unstructured,
-        _ => return Err(Error::invalid_enum("not one motion flag")),
+        _ => return Err(unknown("motion", flag, "one motion flag")),
     })
 }
 
@@ -37,7 +38,7 @@ fn strategy(value: RTenum) -> Result<Strategy> {
         RT_GRID => Strategy::Grid,
         RT_LAZY => Strategy::Lazy,
         RT_VISIBILITY_FIELD => Strategy::VisibilityField,
-        _ => return Err(Error::invalid_enum("not an update strategy")),
+        _ => return Err(unknown("param", value, "an update strategy")),
     })
 }
 
@@ -45,7 +46,7 @@ fn truth(value: RTenum) -> Result<bool> {
     match RTboolean::try_from(value) {
         Ok(RT_TRUE) => Ok(true),
         Ok(RT_FALSE) => Ok(false),
-        _ => Err(Error::invalid_enum("neither RT_TRUE nor RT_FALSE")),
+        _ => Err(unknown("param", value, "RT_TRUE or RT_FALSE")),
     }
 }
 
@@ -111,7 +112,7 @@ fn object_parameter(cx: &mut Context, object: RTuint, pname: RTenum, value: RTen
         RT_UPDATE_STRATEGY => ObjectParameter::Strategy(strategy(value)?),
         RT_MOTION => ObjectParameter::Motion(motion(value)?),
         RT_LAZY_CUT | RT_LAZY_LEVELS => {
-            let number = u32::try_from(value as RTint).map_err(|_| Error::invalid_value("the number is negative"))?;
+            let number = not_negative("param", value as RTint)?;
             let mut shape = cx.get_object_parameters(object)?.lazy_shape;
             *if pname == RT_LAZY_CUT { &mut shape.cut } else { &mut shape.levels } = number;
             ObjectParameter::LazyShape(shape)
@@ -123,7 +124,7 @@ fn object_parameter(cx: &mut Context, object: RTuint, pname: RTenum, value: RTen
             let mask = cx.get_object_parameters(object)?.mask;
             ObjectParameter::Mask(mask.with(Mask::SHADOW, truth(value)?))
         }
-        _ => return Err(Error::invalid_enum("not a parameter of objects that can be set")),
+        _ => return Err(unknown("pname", pname, "a parameter of objects that can be set")),
     };
     cx.object_parameter(object, parameter)
 }
@@ -191,7 +192,7 @@ fn get_object_parameter(cx: &Context, object: RTuint, pname: RTenum) -> Result<R
         RT_LAZY_CUT => info.lazy_shape.cut,
         RT_LAZY_LEVELS => info.lazy_shape.levels,
         RT_OBJECT_TIME => info.time.round() as RTint as RTuint,
-        _ => return Err(Error::invalid_enum("not a parameter of objects")),
+        _ => return Err(unknown("pname", pname, "a parameter of objects")),
     })
 }
 

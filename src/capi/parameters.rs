@@ -1,7 +1,7 @@
 //! Values of shader parameters.
 
-use super::guard::{c_text, guard, guard_session};
-use super::pointer::{OutArray, array, slice, text};
+use super::guard::guard;
+use super::pointer::{OutArray, answer, array, slice, text};
 use super::types::*;
 use crate::api::{Error, ParamValue};
 use std::ffi::{c_char, c_void};
@@ -167,7 +167,7 @@ pub unsafe extern "C" fn rtParameter16fv(handle: RTuint, v: *const RTfloat) {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtParameterString(handle: RTuint, text_: *const c_char) {
     // SAFETY: `text_` is NULL or a string, says the manual; it is copied before we return.
-    let text = unsafe { text(text_) };
+    let text = unsafe { text("text", text_) };
     guard(|cx| cx.parameter_string(handle, text?))
 }
 
@@ -176,7 +176,7 @@ pub unsafe extern "C" fn rtParameterString(handle: RTuint, text_: *const c_char)
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtParameterRaw(handle: RTuint, data: *const c_void, size: RTsizei) {
     // SAFETY: `data` is NULL or points to `size` bytes, says the manual; they are copied before we return.
-    let bytes = unsafe { slice(data.cast(), size) };
+    let bytes = unsafe { slice("data", data.cast(), size) };
     guard(|cx| cx.parameter_raw(handle, bytes?))
 }
 
@@ -199,7 +199,7 @@ pub unsafe extern "C" fn rtGetParameteriv(handle: RTuint, params: *mut RTint) {
     guard(|cx| match cx.get_parameter(handle)? {
         ParamValue::Int(values) => params.set(&values),
         ParamValue::Texture(name) => params.set(&[name as RTint, 0, 0, 0]),
-        _ => Err(Error::invalid_operation("the parameter is not of integers")),
+        _ => Err(Error::invalid_operation(format_args!("parameter {handle} is not one of integers"))),
     })
 }
 
@@ -212,16 +212,16 @@ pub unsafe extern "C" fn rtGetParameterfv(handle: RTuint, params: *mut RTfloat) 
     guard(|cx| match cx.get_parameter(handle)? {
         ParamValue::Float(values) => params.set(&values),
         ParamValue::Matrix(values) => params.set(&values),
-        _ => Err(Error::invalid_operation("the parameter is not of floats")),
+        _ => Err(Error::invalid_operation(format_args!("parameter {handle} is not one of floats"))),
     })
 }
 
-/// Returns the value of a string parameter of the bound shader; NULL on failure. The text belongs to the
-/// library and is valid until the next call of this function in this context. Errors: as rtGetParameteriv().
+/// Returns the value of a string parameter of the bound shader; NULL on failure. The text belongs to the library and
+/// is valid until the process ends. Errors: as rtGetParameteriv().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtGetParameterString(handle: RTuint) -> *const c_char {
-    guard_session(|session| match session.context.get_parameter(handle)? {
-        ParamValue::String(text) => Ok(session.answer.insert(c_text(&text)).as_ptr()),
-        _ => Err(Error::invalid_operation("the parameter is not a string")),
+    guard(|cx| match cx.get_parameter(handle)? {
+        ParamValue::String(text) => answer(&text),
+        _ => Err(Error::invalid_operation(format_args!("parameter {handle} is not a string"))),
     })
 }

@@ -23,10 +23,10 @@ pub(super) fn load(name: &str, file: &str) -> Result<ShaderClass> {
     }
     // The version comes first in the structure, whatever follows in other versions.
     // SAFETY: not NULL, so a class by the contract of the library.
-    let version = unsafe { value(class.cast::<u32>())? };
+    let version = unsafe { value("the class", class.cast::<u32>())? };
     check_version(version).map_err(|e| io(format!("{file}, class \"{name}\": {}", e.message)))?;
     // SAFETY: as above, and of our version.
-    let class = unsafe { value(class)? };
+    let class = unsafe { value("the class", class)? };
     // SAFETY: what it points to is valid until the process ends: the library is never unloaded.
     unsafe { class_of(&class) }.map_err(|e| Error::new(e.code, format!("{file}: {}", e.message)))
 }

@@ -4,7 +4,7 @@ use super::constants::*;
 use super::guard::guard;
 use super::pointer::{Out, slice, slice_mut};
 use super::types::*;
-use crate::api::{Error, Hit, Ray, Result};
+use crate::api::{Context, Error, Hit, Ray, Result};
 
 // Rays and hits are read and written where the application has them.
 const _: () = {
@@ -25,7 +25,7 @@ pub(super) fn hit_of(hit: Hit) -> RThit {
 
 pub(super) fn is_coherent(flags: RTbitfield) -> Result<bool> {
     if flags & !RT_COHERENT != 0 {
-        return Err(Error::invalid_value(format!("flags {flags:#x} are neither 0 nor RT_COHERENT")));
+        return Err(Error::invalid_value(format_args!("flags {flags:#x} are neither 0 nor RT_COHERENT")));
     }
     Ok(flags & RT_COHERENT != 0)
 }
@@ -37,7 +37,7 @@ pub(super) fn is_coherent(flags: RTbitfield) -> Result<bool> {
 #[inline]
 pub(super) unsafe fn rays_at<'a>(p: *const RTray, n: RTsizei) -> Result<&'a [Ray]> {
     // SAFETY: the caller's promise; the layouts agree, see the top.
-    unsafe { slice(p.cast::<Ray>(), n) }
+    unsafe { slice("rays", p.cast::<Ray>(), n) }
 }
 
 /// The places for `n` hits at `p`.
@@ -47,7 +47,7 @@ pub(super) unsafe fn rays_at<'a>(p: *const RTray, n: RTsizei) -> Result<&'a [Ray
 #[inline]
 pub(super) unsafe fn hits_at<'a>(p: *mut RThit, n: RTsizei) -> Result<&'a mut [Hit]> {
     // SAFETY: the caller's promise; the layouts agree, see the top, and any bits are a hit.
-    unsafe { slice_mut(p.cast::<Hit>(), n) }
+    unsafe { slice_mut("hits", p.cast::<Hit>(), n) }
 }
 
 /// The places for `n` truths at `p`.
@@ -58,8 +58,8 @@ pub(super) unsafe fn hits_at<'a>(p: *mut RThit, n: RTsizei) -> Result<&'a mut [H
 pub(super) unsafe fn truths_at<'a>(p: *mut RTubyte, n: RTsizei) -> Result<&'a mut [bool]> {
     // SAFETY: the caller's promise. What is there may be no truth value, so it is written first.
     unsafe {
-        slice_mut(p, n)?.fill(RT_FALSE);
-        slice_mut(p.cast::<bool>(), n)
+        slice_mut("occluded", p, n)?.fill(RT_FALSE);
+        slice_mut("occluded", p.cast::<bool>(), n)
     }
 }
 
@@ -72,7 +72,7 @@ pub(super) unsafe fn truths_at<'a>(p: *mut RTubyte, n: RTsizei) -> Result<&'a mu
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtPick(x: RTfloat, y: RTfloat, hit: *mut RThit) -> RTboolean {
     // SAFETY: `hit` is NULL or a place for a hit, says the manual.
-    let out = unsafe { Out::new(hit) };
+    let out = unsafe { Out::new("hit", hit) };
     guard(|cx| {
         cx.is_object(0)?;
         let out = out.check()?;
@@ -91,24 +91,50 @@ pub unsafe extern "C" fn rtPick(x: RTfloat, y: RTfloat, hit: *mut RThit) -> RTbo
 /// between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtIntersectRays(n: RTsizei, rays: *const RTray, hits: *mut RThit, flags: RTbitfield) {
-    guard(|cx| {
-        cx.outside_object()?;
-        let coherent = is_coherent(flags)?;
-        // SAFETY: `rays` is NULL or points to n rays, says the manual, and `hits` is NULL or a place for n hits elsewhere.
-        let (rays, hits) = unsafe { (rays_at(rays, n)?, hits_at(hits, n)?) };
-        cx.intersect_into(rays, hits, coherent)
-    })
+    // SAFETY: `rays` is NULL or points to n rays, says the manual, and `hits` is NULL or a place for n hits elsewhere.
+    guard(|cx| unsafe { intersect(cx, n, rays, hits, flags) })
+}
+
+/// Closest hits in the scene of a context.
+///
+/// # Safety
+/// As [`rays_at`] and [`hits_at`], for arrays that do not overlap.
+pub(super) unsafe fn intersect(
+    cx: &mut Context,
+    n: RTsizei,
+    rays: *const RTray,
+    hits: *mut RThit,
+    flags: RTbitfield,
+) -> Result<()> {
+    cx.outside_object()?;
+    let coherent = is_coherent(flags)?;
+    // SAFETY: the caller's promises.
+    let (rays, hits) = unsafe { (rays_at(rays, n)?, hits_at(hits, n)?) };
+    cx.intersect_into(rays, hits, coherent)
 }
 
 /// Stores at occluded, for each of the n rays at rays, RT_TRUE when anything is in its way, else RT_FALSE.
 /// Quicker than rtIntersectRays(), and otherwise as that.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtOccludedRays(n: RTsizei, rays: *const RTray, occluded: *mut RTubyte, flags: RTbitfield) {
-    guard(|cx| {
-        cx.outside_object()?;
-        let coherent = is_coherent(flags)?;
-        // SAFETY: `rays` is NULL or points to n rays, says the manual, and `occluded` is NULL or a place for n bytes elsewhere.
-        let (rays, occluded) = unsafe { (rays_at(rays, n)?, truths_at(occluded, n)?) };
-        cx.occluded_into(rays, occluded, coherent)
-    })
+    // SAFETY: `rays` is NULL or points to n rays, says the manual, and `occluded` is NULL or a place for n bytes elsewhere.
+    guard(|cx| unsafe { occlude(cx, n, rays, occluded, flags) })
+}
+
+/// Whether rays are occluded in the scene of a context.
+///
+/// # Safety
+/// As [`rays_at`] and [`truths_at`], for arrays that do not overlap.
+pub(super) unsafe fn occlude(
+    cx: &mut Context,
+    n: RTsizei,
+    rays: *const RTray,
+    occluded: *mut RTubyte,
+    flags: RTbitfield,
+) -> Result<()> {
+    cx.outside_object()?;
+    let coherent = is_coherent(flags)?;
+    // SAFETY: the caller's promises.
+    let (rays, occluded) = unsafe { (rays_at(rays, n)?, truths_at(occluded, n)?) };
+    cx.occluded_into(rays, occluded, coherent)
 }

@@ -3,7 +3,7 @@
 use super::constants::*;
 use super::guard::{guard, guard_thread};
 use super::pointer::{Out, array, slice, slice_mut};
-use super::queries::{hit_of, hits_at, is_coherent, rays_at, truths_at};
+use super::queries::{hit_of, hits_at, intersect, is_coherent, occlude, rays_at, truths_at};
 use super::types::*;
 use crate::api::{Error, Hit, Mask, Queries, Ray, Result, SceneView};
 use std::ffi::c_void;
@@ -124,7 +124,7 @@ pub unsafe extern "C" fn rtSceneIntersect(
 ) {
     if scene.is_null() {
         // SAFETY: the same promises.
-        return unsafe { super::queries::rtIntersectRays(n, rays, hits, flags) };
+        return guard(|cx| unsafe { intersect(cx, n, rays, hits, flags) });
     }
     guard_thread(|| {
         is_coherent(flags)?;
@@ -147,7 +147,7 @@ pub unsafe extern "C" fn rtSceneOccluded(
 ) {
     if scene.is_null() {
         // SAFETY: the same promises.
-        return unsafe { super::queries::rtOccludedRays(n, rays, occluded, flags) };
+        return guard(|cx| unsafe { occlude(cx, n, rays, occluded, flags) });
     }
     guard_thread(|| {
         is_coherent(flags)?;
@@ -183,7 +183,7 @@ impl<'a> Question<'a> {
         is_coherent(flags)?;
         let mask = if mask == 0 { Mask::QUERY } else { Mask(mask) };
         // SAFETY: not NULL, so n masks by contract.
-        let masks = if masks.is_null() { None } else { Some(unsafe { slice(masks, n)? }) };
+        let masks = if masks.is_null() { None } else { Some(unsafe { slice("masks", masks, n)? }) };
         let filter = filter.map(|function| Filter { function, user_data: userData });
         Ok(Self { mask, masks, filter })
     }
@@ -290,7 +290,8 @@ pub unsafe extern "C" fn rtSceneSurfaces(
 ) {
     let question = |queries: &Queries<'_>| {
         // SAFETY: as the manual says, each is NULL or points to n of what its type tells.
-        let (rays, hits, to) = unsafe { (rays_at(rays, n)?, slice(hits.cast::<Hit>(), n)?, slice_mut(surfaces, n)?) };
+        let (rays, hits, to) =
+            unsafe { (rays_at(rays, n)?, slice("hits", hits.cast::<Hit>(), n)?, slice_mut("surfaces", surfaces, n)?) };
         for (i, ((ray, hit), to)) in rays.iter().zip(hits).zip(to).enumerate() {
             if hit.is_miss() {
                 *to = RTsurface::default();
@@ -334,7 +335,7 @@ pub unsafe extern "C" fn rtSceneClosestPoint(
     closest: *mut RTclosestPoint,
 ) -> RTboolean {
     // SAFETY: `closest` is NULL or a place for an answer, says the manual.
-    let out = unsafe { Out::new(closest) };
+    let out = unsafe { Out::new("closest", closest) };
     let question = |queries: &Queries<'_>| {
         // SAFETY: `point` is NULL or points to three numbers, says the manual.
         let point = unsafe { array::<RTfloat, 3>(point)? };

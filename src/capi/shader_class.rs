@@ -2,12 +2,13 @@
 
 use super::constants::*;
 use super::guard::UserData;
-use super::pointer::{array, slice, text, value};
+use super::pointer::{array_at, slice, text, value};
+use super::refusal::unknown;
 use super::shading::RTshadingContext;
 use super::types::*;
 use crate::api::{
-    CameraShader, EnvironmentShader, Error, LightSample, LightShader, ParamDef, ParamScope, ParamType, ParamValue,
-    PrimaryRay, Program, Result, ShaderClass, ShaderKind, ShadingContext, SurfaceShader,
+    CameraShader, EnvironmentShader, Error, Layout, LightSample, LightShader, ParamDef, ParamScope, ParamType,
+    ParamValue, PrimaryRay, Program, Result, ShaderClass, ShaderKind, ShadingContext, SurfaceShader, check_sizes,
 };
 use glam::{Vec2, Vec3, Vec4};
 use std::ffi::{c_char, c_void};
@@ -70,8 +71,9 @@ pub type RTshadeFunction = Option<
     ),
 >;
 
-/// Stores at sample the light that arrives at the world-space point position (three floats) and returns
-/// RT_TRUE; or returns RT_FALSE where the light does not shine. Rules as for RTshadeFunction.
+/// Stores at sample the light that arrives at the point position (three floats) and returns RT_TRUE; or returns
+/// RT_FALSE where the light does not shine. Point and answer are in the space of the light: that of the world, moved by
+/// the matrix that rtUseLight() was called with. Rules as for RTshadeFunction.
 pub type RTilluminateFunction = Option<
     unsafe extern "C" fn(
         params: *const c_void,
@@ -175,7 +177,7 @@ pub(super) fn check_version(version: RTuint) -> Result<()> {
 /// ever.
 pub(super) unsafe fn class_of(class: &RTshaderClass) -> Result<ShaderClass> {
     // SAFETY: NULL or a string, by contract.
-    let name = unsafe { text(class.name)? };
+    let name = unsafe { text("the name of the class", class.name)? };
     let user_data = UserData(class.userData);
     let missing = || Error::invalid_value(format!("shader class \"{name}\" has no function for its kind"));
     let (kind, program) = match class.kind {
@@ -195,23 +197,26 @@ pub(super) unsafe fn class_of(class: &RTshaderClass) -> Result<ShaderClass> {
             let radiance = class.radiance.ok_or_else(missing)?;
             (ShaderKind::Environment, Program::Environment(Arc::new(CEnvironment { radiance, user_data })))
         }
-        _ => return Err(Error::invalid_enum("not a kind of shader that an application can bring")),
+        _ => return Err(unknown("kind", class.kind, "a kind of shader that an application can bring")),
     };
-    let count = RTsizei::try_from(class.paramCount).map_err(|_| Error::invalid_value("too many parameters"))?;
+    check_sizes(name, class.paramCount.into(), class.blockSize)?;
+    let count = RTsizei::try_from(class.paramCount)
+        .map_err(|_| Error::invalid_value(format_args!("{} parameters are too many", class.paramCount)))?;
     // SAFETY: NULL or that many parameters, by contract.
-    let described = unsafe { slice(class.params, count)? };
+    let described = unsafe { slice("params", class.params, count)? };
     let mut params = Vec::new();
     params.try_reserve_exact(described.len())?;
+    let mut layout = Layout::new(class.blockSize);
     for param in described {
         // SAFETY: passed on.
-        params.push(unsafe { param_of(param)? });
+        params.push(unsafe { param_of(param, name, &mut layout)? });
     }
     Ok(ShaderClass { name: name.into(), kind, params, block_size: class.blockSize, program })
 }
 
 /// # Safety
 /// As [`class_of`].
-unsafe fn param_of(param: &RTshaderParam) -> Result<ParamDef> {
+unsafe fn param_of(param: &RTshaderParam, class: &str, layout: &mut Layout) -> Result<ParamDef> {
     let ty = match param.type_ {
         RT_INT => ParamType::Int(1),
         RT_INT_VEC2 => ParamType::Int(2),
@@ -225,19 +230,23 @@ unsafe fn param_of(param: &RTshaderParam) -> Result<ParamDef> {
         RT_TEXTURE => ParamType::Texture,
         RT_STRING => ParamType::String,
         RT_RAW => ParamType::Raw(param.size),
-        _ => return Err(Error::invalid_enum("not a type of shader parameters")),
+        _ => return Err(unknown("type", param.type_, "a type of shader parameters")),
     };
     let scope = match param.scope {
         RT_PER_SHADER => ParamScope::Shader,
         RT_PER_TRIANGLE => ParamScope::Triangle,
         RT_PER_VERTEX => ParamScope::Vertex,
-        _ => return Err(Error::invalid_enum("not a scope of shader parameters")),
+        _ => return Err(unknown("scope", param.scope, "a scope of shader parameters")),
     };
     // SAFETY: NULL or a string, by contract.
-    let name = unsafe { text(param.name)? };
+    let name = unsafe { text("the name of a parameter", param.name)? };
+    // Before the default takes as much memory.
+    layout
+        .place(ty, param.offset)
+        .map_err(|why| Error::invalid_value(format_args!("shader class \"{class}\": parameter \"{name}\": {why}")))?;
     // SAFETY: NULL or a value of the type, by contract.
     let default = unsafe { default_of(ty, param.defaultValue)? };
-    Ok(ParamDef { name: name.into(), ty, scope, default, offset: param.offset })
+    Ok(ParamDef { name: name.into(), ty, scope, default, choices: &[], offset: param.offset })
 }
 
 /// The default at `p`, zeros for NULL.
@@ -253,7 +262,7 @@ unsafe fn default_of(ty: ParamType, p: *const c_void) -> Result<ParamValue> {
         let mut out = [T::default(); 4];
         for (i, out) in out.iter_mut().enumerate().take(if p.is_null() { 0 } else { n.into() }) {
             // SAFETY: not NULL, so `n` values by contract.
-            *out = unsafe { value(p.wrapping_add(i))? };
+            *out = unsafe { value("defaultValue", p.wrapping_add(i))? };
         }
         Ok(out)
     }
@@ -264,13 +273,14 @@ unsafe fn default_of(ty: ParamType, p: *const c_void) -> Result<ParamValue> {
         ParamType::Float(n) => ParamValue::Float(unsafe { padded(p.cast(), n)? }),
         ParamType::Matrix if p.is_null() => ParamValue::Matrix([0.0; 16]),
         // SAFETY: not NULL, so 16 floats by contract.
-        ParamType::Matrix => ParamValue::Matrix(unsafe { array(p.cast())? }),
+        ParamType::Matrix => ParamValue::Matrix(unsafe { array_at("defaultValue", p.cast())? }),
         ParamType::Texture => ParamValue::Texture(0),
         ParamType::String if p.is_null() => ParamValue::String("".into()),
         // SAFETY: not NULL, so a string by contract.
-        ParamType::String => ParamValue::String(unsafe { text(p.cast())? }.into()),
+        ParamType::String => ParamValue::String(unsafe { text("defaultValue", p.cast())? }.into()),
         ParamType::Raw(n) => {
-            let n = RTsizei::try_from(n).map_err(|_| Error::invalid_value("a parameter is too large"))?;
+            let n = RTsizei::try_from(n)
+                .map_err(|_| Error::invalid_value(format_args!("a parameter of {n} bytes is too large")))?;
             if p.is_null() {
                 let mut zeros = Vec::new();
                 zeros.try_reserve_exact(n as usize)?;
@@ -278,7 +288,7 @@ unsafe fn default_of(ty: ParamType, p: *const c_void) -> Result<ParamValue> {
                 ParamValue::Raw(zeros.into())
             } else {
                 // SAFETY: not NULL, so n bytes by contract.
-                ParamValue::Raw(unsafe { slice(p.cast::<u8>(), n)? }.into())
+                ParamValue::Raw(unsafe { slice("defaultValue", p.cast::<u8>(), n)? }.into())
             }
         }
     })

@@ -1,18 +1,19 @@
 //! Shader classes and shaders.
 
 use super::constants::*;
-use super::guard::{Session, c_text, guard, guard_session};
+use super::guard::guard;
 use super::plugin;
-use super::pointer::{OutArray, text, value};
+use super::pointer::{OutArray, answer, text, value};
+use super::refusal::unknown;
 use super::shader_class::{RTshaderClass, check_version, class_of};
 use super::types::*;
-use crate::api::{Error, ParamScope, ParamType, ShaderKind};
+use crate::api::{Error, ParamScope, ParamType, ShaderClass, ShaderKind};
 use std::ffi::c_char;
 
 /// Returns a name for a shader class, and binds the class; 0 on failure. With file NULL the class is one of
 /// those that the library brings, which the table before this function lists. Otherwise file is the path of a
 /// shader library that exports the function openrtQueryShaderClass (see RTqueryShaderClass); the library stays
-/// loaded until the process ends.
+/// loaded until the process ends. Asked again for the same class of the same file, it returns the same name.
 ///
 /// A shader library calls the rts functions of the program's own openrt: link it against libopenrt.so, or, if
 /// the program contains libopenrt.a, link the program with -rdynamic and the shader library against nothing.
@@ -24,14 +25,14 @@ use std::ffi::c_char;
 pub unsafe extern "C" fn rtGenNewShaderClass(name: *const c_char, file: *const c_char) -> RTuint {
     guard(|cx| {
         // SAFETY: `name` is NULL or a string, says the manual; it is read before we return.
-        let name = unsafe { text(name)? };
+        let name = unsafe { text("name", name)? };
         cx.is_shader(0)?;
         if file.is_null() {
             return cx.gen_new_shader_class(name);
         }
         // SAFETY: `file` is not NULL, so a string, says the manual; it is read before we return.
-        let file = unsafe { text(file)? };
-        cx.register_shader_class(plugin::load(name, file)?)
+        let file = unsafe { text("file", file)? };
+        cx.gen_loaded_shader_class(file, name, || plugin::load(name, file))
     })
 }
 
@@ -48,9 +49,9 @@ pub unsafe extern "C" fn rtRegisterShaderClass(shaderClass: *const RTshaderClass
         cx.is_shader(0)?;
         // The version comes first in the structure, whatever follows in other versions.
         // SAFETY: `shaderClass` is NULL or points to a class, says the manual.
-        check_version(unsafe { value(shaderClass.cast::<RTuint>())? })?;
+        check_version(unsafe { value("shaderClass", shaderClass.cast::<RTuint>())? })?;
         // SAFETY: as above, and of our version; it is copied before we return.
-        let class = unsafe { value(shaderClass)? };
+        let class = unsafe { value("shaderClass", shaderClass)? };
         // SAFETY: the pointers in it are valid until we return, says the manual.
         cx.register_shader_class(unsafe { class_of(&class)? })
     })
@@ -107,7 +108,7 @@ pub extern "C" fn rtIsShader(shader: RTuint) -> RTboolean {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtParameterHandle(name: *const c_char) -> RTuint {
     // SAFETY: `name` is NULL or a string, says the manual; it is read before we return.
-    let name = unsafe { text(name) };
+    let name = unsafe { text("name", name) };
     guard(|cx| cx.parameter_handle(name?))
 }
 
@@ -125,7 +126,7 @@ pub unsafe extern "C" fn rtGetShaderClassiv(shaderClass: RTuint, pname: RTenum, 
         params.set(&[match pname {
             RT_SHADER_KIND => number_of_kind(class.kind) as RTint,
             RT_PARAMETER_COUNT => class.params.len() as RTint,
-            _ => return Err(Error::invalid_enum("not a property of shader classes")),
+            _ => return Err(unknown("pname", pname, "a property of shader classes")),
         }])
     })
 }
@@ -144,43 +145,36 @@ pub unsafe extern "C" fn rtGetShaderClassParameteriv(
     let params = unsafe { OutArray::new(params) };
     guard(|cx| {
         let class = cx.get_shader_class(shaderClass)?;
-        let param = class.params.get(index as usize).ok_or_else(no_parameter)?;
+        let param = class.params.get(index as usize).ok_or_else(|| no_parameter(&class, index))?;
         let (kind, size) = number_of_type(param.ty);
         params.set(&[match pname {
             RT_PARAMETER_TYPE => kind as RTint,
             RT_PARAMETER_SIZE => size as RTint,
             RT_PARAMETER_SCOPE => number_of_scope(param.scope) as RTint,
-            _ => return Err(Error::invalid_enum("not a property of shader parameters")),
+            _ => return Err(unknown("pname", pname, "a property of shader parameters")),
         }])
     })
 }
 
-/// Returns the name of a shader class; NULL on failure. The text is valid until the next call of this function
-/// or of another that returns a name in this context. Errors: as rtGetShaderClassiv().
+/// Returns the name of a shader class; NULL on failure. The text is valid until the process ends. Errors: as
+/// rtGetShaderClassiv().
 #[unsafe(no_mangle)]
 pub extern "C" fn rtGetShaderClassName(shaderClass: RTuint) -> *const c_char {
-    guard_session(|session| {
-        let name = session.context.get_shader_class(shaderClass)?.name.clone();
-        Ok(answer(session, &name))
-    })
+    guard(|cx| answer(&cx.get_shader_class(shaderClass)?.name))
 }
 
 /// Returns the name of parameter index of a shader class; NULL on failure. See rtGetShaderClassName().
 #[unsafe(no_mangle)]
 pub extern "C" fn rtGetShaderClassParameterName(shaderClass: RTuint, index: RTuint) -> *const c_char {
-    guard_session(|session| {
-        let class = session.context.get_shader_class(shaderClass)?;
-        let param = class.params.get(index as usize).ok_or_else(no_parameter)?;
-        Ok(answer(session, &param.name))
+    guard(|cx| {
+        let class = cx.get_shader_class(shaderClass)?;
+        answer(&class.params.get(index as usize).ok_or_else(|| no_parameter(&class, index))?.name)
     })
 }
 
-fn answer(session: &mut Session, text: &str) -> *const c_char {
-    session.answer.insert(c_text(text)).as_ptr()
-}
-
-fn no_parameter() -> Error {
-    Error::invalid_value("the shader class has no more parameters")
+fn no_parameter(class: &ShaderClass, index: RTuint) -> Error {
+    let (name, count) = (&class.name, class.params.len());
+    Error::invalid_value(format_args!("shader class \"{name}\" has no parameter number {index}, only {count}"))
 }
 
 fn number_of_kind(kind: ShaderKind) -> RTenum {

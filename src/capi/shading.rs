@@ -5,7 +5,7 @@
 //! returned.
 
 use super::constants::RT_FALSE;
-use super::pointer::{Out, OutArray, array};
+use super::pointer::{Out, OutArray, array_at};
 use super::shader_class::{RTlightSample, RTsurfacePoint};
 use super::types::*;
 use crate::api::ShadingContext;
@@ -69,7 +69,7 @@ unsafe fn ask<T>(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtsGetPoint(context: *mut RTshadingContext, point: *mut RTsurfacePoint) {
     // SAFETY: `point` is NULL or a place for a point, says the manual.
-    let out = unsafe { Out::new(point) };
+    let out = unsafe { Out::new("point", point) };
     // SAFETY: the manual asks for the shader function's own context.
     unsafe {
         ask(context, (), |cx| {
@@ -110,7 +110,7 @@ pub unsafe extern "C" fn rtsIlluminate(
     sample: *mut RTlightSample,
 ) -> RTboolean {
     // SAFETY: `sample` is NULL or a place for a sample, says the manual.
-    let out = unsafe { Out::new(sample) };
+    let out = unsafe { Out::new("sample", sample) };
     // SAFETY: the manual asks for the shader function's own context.
     unsafe {
         ask(context, RT_FALSE, |cx| {
@@ -134,7 +134,7 @@ pub unsafe extern "C" fn rtsShadowed(
     distance: RTfloat,
 ) -> RTboolean {
     // SAFETY: `direction` is NULL or three floats, says the manual.
-    let Ok(direction) = (unsafe { array(direction) }) else { return RT_FALSE };
+    let Ok(direction) = (unsafe { array_at("direction", direction) }) else { return RT_FALSE };
     // SAFETY: the manual asks for the shader function's own context.
     unsafe { ask(context, RT_FALSE, |cx| cx.shadowed(Vec3::from_array(direction), distance).into()) }
 }
@@ -144,7 +144,7 @@ pub unsafe extern "C" fn rtsShadowed(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtsTrace(context: *mut RTshadingContext, direction: *const RTfloat, radiance: *mut RTfloat) {
     // SAFETY: `direction` is NULL or three floats, says the manual.
-    let direction = unsafe { array(direction) };
+    let direction = unsafe { array_at("direction", direction) };
     // SAFETY: `radiance` is NULL or a place for three floats, says the manual.
     let out = unsafe { OutArray::new(radiance) };
     let light = match direction {

@@ -3,11 +3,12 @@
 use super::arrays::{ClientArrays, number_of_component};
 use super::constants::*;
 use super::frame_parameters::upsampling_number;
-use super::guard::{Session, c_text, guard, guard_session};
+use super::guard::{Session, guard, guard_session};
 use super::loaded_scenes::READERS;
-use super::pointer::OutArray;
+use super::pointer::{OutArray, answer};
+use super::refusal::unknown;
 use super::types::*;
-use crate::api::{Capability, Error, Result, State, StateString, TopLevelKind};
+use crate::api::{Capability, Result, State, StateString, TopLevelKind};
 use std::ffi::c_char;
 
 fn capability(name: RTenum) -> Result<Capability> {
@@ -16,7 +17,7 @@ fn capability(name: RTenum) -> Result<Capability> {
         RT_ORIGIN_TOP_LEFT => Capability::OriginTopLeft,
         RT_ACCUMULATE => Capability::Accumulate,
         RT_PROGRESSIVE => Capability::Progressive,
-        _ => return Err(Error::invalid_enum("not a capability")),
+        _ => return Err(unknown("capability", name, "a capability")),
     })
 }
 
@@ -90,7 +91,7 @@ pub extern "C" fn rtTopLevel(structure: RTenum) {
             RT_AUTO => TopLevelKind::Auto,
             RT_BSP => TopLevelKind::Bsp,
             RT_TOPLEVEL_BVH => TopLevelKind::Bvh,
-            _ => return Err(Error::invalid_enum("not a structure over instances")),
+            _ => return Err(unknown("structure", structure, "a structure over instances")),
         })
     })
 }
@@ -113,6 +114,7 @@ fn state(pname: RTenum) -> Result<State> {
         RT_LIGHT_COUNT => State::LightCount,
         RT_INSTANCE_COUNT => State::InstanceCount,
         RT_COLOR_CLEAR_VALUE => State::ClearColor,
+        RT_AMBIENT_LIGHT => State::AmbientLight,
         RT_VIEWPORT => State::Viewport,
         RT_FRAME_SIZE => State::FrameSize,
         RT_MAX_FRAME_SIZE => State::MaxFrameSize,
@@ -129,7 +131,7 @@ fn state(pname: RTenum) -> Result<State> {
         RT_TIME_BUDGET => State::TimeBudget,
         other => match capability(other) {
             Ok(capability) => State::Capability(capability),
-            Err(_) => return Err(Error::invalid_enum("not a state that can be asked for")),
+            Err(_) => return Err(unknown("pname", pname, "a state that can be asked for")),
         },
     })
 }
@@ -171,10 +173,10 @@ fn get<T: Copy + Default>(
     }
     match pname {
         RT_LIGHTS => {
-            let names = session.context.get_lights()?;
+            let lights = session.context.get_lights()?;
             let mut out = Vec::new();
-            out.try_reserve_exact(names.len())?;
-            out.extend(names.iter().map(|&name| convert(name.into())));
+            out.try_reserve_exact(lights.len())?;
+            out.extend(lights.iter().map(|light| convert(light.shader.into())));
             params.set(&out)
         }
         RT_TOPLEVEL => params.set(&[convert(f64::from(match session.context.get_top_level()? {
@@ -203,7 +205,7 @@ fn get<T: Copy + Default>(
 /// Stores the value of a piece of state at params, which must have room for as many numbers as it has:
 ///
 /// 16 for RT_MATRIX (column by column); 4 for RT_CURRENT_COLOR, RT_CURRENT_TEXTURE_COORDS, RT_COLOR_CLEAR_VALUE
-/// and RT_VIEWPORT (x, y, width, height); 3 for RT_CURRENT_NORMAL; 2 for RT_FRAME_SIZE; RT_LIGHT_COUNT many for
+/// and RT_VIEWPORT (x, y, width, height); 3 for RT_CURRENT_NORMAL and RT_AMBIENT_LIGHT; 2 for RT_FRAME_SIZE; RT_LIGHT_COUNT many for
 /// RT_LIGHTS; 1 for everything else: RT_MATRIX_STACK_DEPTH, RT_MAX_MATRIX_STACK_DEPTH, RT_CURRENT_OBJECT,
 /// RT_CURRENT_OBJECT_MODE, RT_SHADER_CLASS_BINDING, RT_SHADER_BINDING, RT_TEXTURE_BINDING_2D, RT_CAMERA,
 /// RT_ENVIRONMENT, RT_CURRENT_RENDERING_OBJECT, RT_LIGHT_COUNT, RT_INSTANCE_COUNT, RT_MAX_FRAME_SIZE,
@@ -250,8 +252,7 @@ pub unsafe extern "C" fn rtGetBooleanv(pname: RTenum, params: *mut RTboolean) {
 
 /// Returns a text about the library: RT_VENDOR, RT_VERSION (major.minor.patch), RT_RENDERER (the rendering
 /// object in use), RT_SIMD_LEVEL (the instruction set in use) or RT_BACKEND (who executes frames); NULL on
-/// failure. The text belongs to the library and is valid until the next call of a function that returns a text,
-/// in this context.
+/// failure. The text belongs to the library and is valid until the process ends.
 ///
 /// Errors: RT_INVALID_ENUM for another name, RT_INVALID_OPERATION between rtBegin() and rtEnd().
 #[unsafe(no_mangle)]
@@ -264,9 +265,8 @@ pub extern "C" fn rtGetString(name: RTenum) -> *const c_char {
             RT_RENDERER => StateString::Renderer,
             RT_SIMD_LEVEL => StateString::SimdLevel,
             RT_BACKEND => StateString::Backend,
-            _ => return Err(Error::invalid_enum("not a text of the library")),
+            _ => return Err(unknown("name", name, "a text of the library")),
         })?;
-        let text = c_text(text);
-        Ok(session.answer.insert(text).as_ptr())
+        answer(text)
     })
 }

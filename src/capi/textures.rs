@@ -3,7 +3,8 @@
 use super::arrays::component;
 use super::constants::*;
 use super::guard::guard;
-use super::pointer::{OutArray, array, slice, slice_mut, text, value};
+use super::pointer::{OutArray, array_at, slice, slice_mut, text, value};
+use super::refusal::{not_negative, unknown};
 use super::types::*;
 use crate::api::{
     Context, Error, Filter, ImageDesc, ImageFormat, MAX_TEXTURE_SIZE, Result, TextureFormat, TextureParameter, Wrap,
@@ -21,7 +22,7 @@ fn image_format(format: RTenum) -> Result<ImageFormat> {
         RT_LUMINANCE_ALPHA => ImageFormat::LuminanceAlpha,
         RT_ALPHA => ImageFormat::Alpha,
         RT_RED => ImageFormat::Red,
-        _ => return Err(Error::invalid_enum("not a pixel format")),
+        _ => return Err(unknown("format", format, "a pixel format")),
     })
 }
 
@@ -30,7 +31,7 @@ fn wrap(value: RTenum) -> Result<Wrap> {
         RT_REPEAT => Wrap::Repeat,
         RT_CLAMP_TO_EDGE => Wrap::ClampToEdge,
         RT_MIRRORED_REPEAT => Wrap::MirroredRepeat,
-        _ => return Err(Error::invalid_enum("not a wrap mode")),
+        _ => return Err(unknown("param", value, "a wrap mode")),
     })
 }
 
@@ -39,7 +40,7 @@ fn filter(value: RTenum) -> Result<Filter> {
         RT_NEAREST => Filter::Nearest,
         RT_LINEAR => Filter::Linear,
         RT_LINEAR_MIPMAP_LINEAR => Filter::LinearMipmapLinear,
-        _ => return Err(Error::invalid_enum("not a texture filter")),
+        _ => return Err(unknown("param", value, "a texture filter")),
     })
 }
 
@@ -60,7 +61,7 @@ fn number_of_filter(filter: Filter) -> RTenum {
 }
 
 fn target_2d(target: RTenum) -> Result<()> {
-    if target == RT_TEXTURE_2D { Ok(()) } else { Err(Error::invalid_enum("the texture target is not RT_TEXTURE_2D")) }
+    if target == RT_TEXTURE_2D { Ok(()) } else { Err(unknown("target", target, "RT_TEXTURE_2D")) }
 }
 
 /// Stores n new texture names at textures.
@@ -71,7 +72,7 @@ fn target_2d(target: RTenum) -> Result<()> {
 pub unsafe extern "C" fn rtGenTextures(n: RTsizei, textures: *mut RTuint) {
     guard(|cx| {
         // SAFETY: `textures` is NULL or a place for n names, says the manual.
-        let textures = unsafe { slice_mut(textures, n)? };
+        let textures = unsafe { slice_mut("textures", textures, n)? };
         cx.is_texture(0)?;
         if n == 0 {
             return Ok(());
@@ -92,7 +93,7 @@ pub unsafe extern "C" fn rtGenTextures(n: RTsizei, textures: *mut RTuint) {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtDeleteTextures(n: RTsizei, textures: *const RTuint) {
     // SAFETY: `textures` is NULL or points to n names, says the manual; they are read before we return.
-    let textures = unsafe { slice(textures, n) };
+    let textures = unsafe { slice("textures", textures, n) };
     guard(|cx| cx.delete_textures(textures?))
 }
 
@@ -150,15 +151,18 @@ pub unsafe extern "C" fn rtTexImage2D(
             RT_SRGB8 | RT_SRGB8_ALPHA8 => true,
             1..=4 | RT_RGB8 | RT_RGBA8 => false,
             other if image_format(other).is_ok() => false,
-            _ => return Err(Error::invalid_value("not an internal format")),
+            other => {
+                let message = format_args!("internalFormat is 0x{other:04X}, which is not an internal format");
+                return Err(Error::invalid_value(message));
+            }
         };
-        let sizes = (u32::try_from(level), u32::try_from(width), u32::try_from(height));
-        let (Ok(level), Ok(width), Ok(height)) = sizes else {
-            return Err(Error::invalid_value("a size is negative"));
-        };
+        let level = not_negative("level", level)?;
+        let (width, height) = (not_negative("width", width)?, not_negative("height", height)?);
         // Asked before the size is computed and the pixels are touched.
         if border != 0 || width > MAX_TEXTURE_SIZE || height > MAX_TEXTURE_SIZE {
-            return Err(Error::invalid_value("a side is too large, or there is a border"));
+            return Err(Error::invalid_value(format_args!(
+                "{width} x {height} texels with a border of {border}; there are at most {MAX_TEXTURE_SIZE} on a side, and no border"
+            )));
         }
         let image = ImageDesc { width, height, format, component, row_stride: 0 };
         let bytes = image.byte_size().expect("sides are limited");
@@ -180,15 +184,15 @@ fn tex_parameter(cx: &mut Context, target: RTenum, pname: RTenum, value: RTenum)
         RT_TEXTURE_WRAP_T => TextureParameter::WrapT(wrap(value)?),
         RT_TEXTURE_MIN_FILTER => TextureParameter::MinFilter(filter(value)?),
         RT_TEXTURE_MAG_FILTER => match filter(value)? {
-            Filter::LinearMipmapLinear => return Err(Error::invalid_enum("not a magnification filter")),
+            Filter::LinearMipmapLinear => return Err(unknown("param", value, "a magnification filter")),
             filter => TextureParameter::MagFilter(filter),
         },
         RT_TEXTURE_COLOR_SPACE => TextureParameter::Format(match value {
             RT_LINEAR_COLOR => TextureFormat::Linear,
             RT_SRGB => TextureFormat::Srgb,
-            _ => return Err(Error::invalid_enum("not a colour space of textures")),
+            _ => return Err(unknown("param", value, "a colour space of textures")),
         }),
-        _ => return Err(Error::invalid_enum("not a texture parameter that can be set")),
+        _ => return Err(unknown("pname", pname, "a texture parameter that can be set")),
     })
 }
 
@@ -220,11 +224,11 @@ pub unsafe extern "C" fn rtTexParameterfv(target: RTenum, pname: RTenum, params:
         target_2d(target)?;
         if pname != RT_TEXTURE_MATRIX {
             // SAFETY: `params` is NULL or points to one number, says the manual; it is read before we return.
-            let value = unsafe { value(params)? };
+            let value = unsafe { value("params", params)? };
             return tex_parameter(cx, target, pname, value.round() as RTenum);
         }
         // SAFETY: `params` is NULL or points to 16 numbers, says the manual; they are read before we return.
-        let m = unsafe { array::<RTfloat, 16>(params)? };
+        let m: [_; 16] = unsafe { array_at("params", params)? };
         let transform = Affine2::from_cols_array(&[m[0], m[1], m[4], m[5], m[12], m[13]]);
         cx.tex_parameter(TextureParameter::Transform(transform))
     })
@@ -254,7 +258,7 @@ fn get_tex_parameter(cx: &Context, target: RTenum, pname: RTenum) -> Result<RTin
             TextureFormat::Linear => RT_LINEAR_COLOR,
             TextureFormat::Srgb => RT_SRGB,
         },
-        _ => return Err(Error::invalid_enum("not a texture parameter")),
+        _ => return Err(unknown("pname", pname, "a texture parameter")),
     };
     Ok(value as RTint)
 }
@@ -297,6 +301,6 @@ pub unsafe extern "C" fn rtGetTexParameterfv(target: RTenum, pname: RTenum, para
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtLoadTexture(file: *const c_char) -> RTuint {
     // SAFETY: `file` is NULL or a string, says the manual; it is read before we return.
-    let file = unsafe { text(file) };
+    let file = unsafe { text("file", file) };
     guard(|cx| cx.load_texture(file?))
 }

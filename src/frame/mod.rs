@@ -12,6 +12,7 @@ mod encode;
 mod framebuffer;
 mod image_file;
 mod lattice;
+mod new_file;
 mod pixel_format;
 mod stats;
 
@@ -20,5 +21,6 @@ pub use encode::encode_pixels;
 pub use framebuffer::{Framebuffer, FramebufferError, TileGrid, TileRect};
 pub use image_file::{ImageFileError, LoadedImage, read_image, write_image};
 pub use lattice::Lattice;
+pub use new_file::NewFile;
 pub use pixel_format::{PixelFormat, PixelSink, Target, TargetLayout};
 pub use stats::FrameStats;

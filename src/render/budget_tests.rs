@@ -3,9 +3,10 @@
 use super::Renderer;
 use super::tests::{World, vec3, world};
 use crate::frame::{FrameStats, PixelFormat, PixelSink, TILE_SIZE, Target, TargetLayout};
-use crate::scene::{FrameDesc, Viewport};
+use crate::scene::{FrameDesc, LightUse, Viewport};
 use crate::simd::Level;
 use crate::threads::Pool;
+use glam::Affine3A;
 use std::collections::HashSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -18,7 +19,7 @@ const PIXELS: u64 = VIEWPORT.width as u64 * VIEWPORT.height as u64;
 fn lit_world(renderer: &str) -> World {
     let mut w = world(false);
     let light = w.shader("point", &[("position", vec3(1.0, 4.0, -2.0))]);
-    w.frame.lights = vec![light];
+    w.frame.lights = vec![LightUse::new(light, Affine3A::IDENTITY)];
     w.frame.renderer = w.shader(renderer, &[]);
     (w.frame.size, w.frame.viewport) = (SIZE, VIEWPORT);
     w

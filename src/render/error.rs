@@ -9,6 +9,8 @@ pub enum RenderError {
     Framebuffer(FramebufferError),
     /// Acceleration structures of the frame's objects could not be made.
     Structures { bytes: u64 },
+    /// The composites of the frame have more parts than there is memory or numbers for.
+    Instances,
 }
 
 impl fmt::Display for RenderError {
@@ -16,6 +18,7 @@ impl fmt::Display for RenderError {
         match self {
             Self::Framebuffer(cause) => write!(f, "{cause}"),
             Self::Structures { bytes } => write!(f, "no memory for {bytes} bytes of acceleration structures"),
+            Self::Instances => write!(f, "no memory for the parts of the frame's composites"),
         }
     }
 }
@@ -24,7 +27,7 @@ impl std::error::Error for RenderError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::Framebuffer(cause) => Some(cause),
-            Self::Structures { .. } => None,
+            Self::Structures { .. } | Self::Instances => None,
         }
     }
 }

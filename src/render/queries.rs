@@ -67,7 +67,7 @@ impl<'a> Queries<'a> {
     /// The closest hit of `ray`. A ray that is not finite, or has no direction, hits nothing.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        with_default_floats(|| self.tracer.intersect(ray))
+        with_default_floats(|| self.tracer.intersect(ray)).map(|hit| self.told(hit))
     }
 
     /// Whether anything lies on `ray` between its ends; faster than [`Queries::intersect`].
@@ -83,6 +83,15 @@ impl<'a> Queries<'a> {
     #[inline]
     pub fn intersect_into(&self, rays: &[Ray], hits: &mut [Hit]) {
         with_default_floats(|| self.tracer.intersect_into(rays, hits));
+        if self.view().has_numbers() {
+            hits.iter_mut().for_each(|hit| *hit = self.told(*hit));
+        }
+    }
+
+    /// A hit as the application is told of it: the instance is the one that it has placed itself.
+    #[inline]
+    fn told(&self, hit: Hit) -> Hit {
+        Hit { instance: self.view().number_of(hit.instance), ..hit }
     }
 
     /// Whether anything lies on each ray.
@@ -96,15 +105,15 @@ impl<'a> Queries<'a> {
 
     /// Calls `visit` with the hits of `ray` in ascending order, by distance and then by numbers, until it returns false. Each costs the
     /// search for a closest hit.
-    pub fn each_hit(&self, ray: &Ray, visit: impl FnMut(&Hit) -> bool) {
-        with_default_floats(|| self.tracer.each_hit(ray, visit));
+    pub fn each_hit(&self, ray: &Ray, mut visit: impl FnMut(&Hit) -> bool) {
+        with_default_floats(|| self.tracer.each_hit(ray, |hit| visit(&self.told(*hit))));
     }
 
     /// What lies at a hit of `ray` in this scene. None if the scene has no such triangle.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> Option<HitSurface> {
         let mesh = self.meshes.of(hit.object)?;
         mesh.triangles.get(hit.prim as usize)?;
-        let world_from_object = self.world_from_object(hit.instance)?;
+        let world_from_object = self.world_from_object(ray, hit, mesh.corners(hit.prim))?;
         Some(with_default_floats(|| {
             let ray = Ray { dir: unit(ray.dir), ..*ray };
             let placed = Placed::new(world_from_object);
@@ -129,7 +138,9 @@ impl<'a> Queries<'a> {
     /// all of their triangles are looked at.
     pub fn closest_point(&self, point: Vec3, max_distance: f32) -> Option<ClosestPoint> {
         with_default_floats(|| {
-            closest_point::in_scene(self.tracer.scope(), point, max_distance, |o| self.meshes.of(o).map(|m| &**m))
+            let nearest =
+                closest_point::in_scene(self.tracer.scope(), point, max_distance, |o| self.meshes.of(o).map(|m| &**m));
+            nearest.map(|found| ClosestPoint { instance: self.view().number_of(found.instance), ..found })
         })
     }
 
@@ -149,8 +160,13 @@ impl<'a> Queries<'a> {
         self.tracer.world()
     }
 
-    fn world_from_object(&self, instance: u32) -> Option<Affine3A> {
-        self.view().instance(instance).map(|record| record.world_from_object)
+    /// Where the triangle of a hit is. A composite may hold its object several times: then it is there where the ray has met the triangle.
+    fn world_from_object(&self, ray: &Ray, hit: &Hit, [a, b, c]: [Vec3; 3]) -> Option<Affine3A> {
+        let local = a * ((1.0 - hit.u) - hit.v) + b * hit.u + c * hit.v;
+        let met = ray.org + ray.dir * hit.t;
+        let apart = |m: &Affine3A| m.transform_point3(local).distance_squared(met);
+        let places = self.view().instances_of(hit.instance).filter(|record| record.object == hit.object);
+        places.map(|record| record.world_from_object).min_by(|m, n| apart(m).total_cmp(&apart(n)))
     }
 }
 

@@ -9,7 +9,7 @@ use super::tile::{TileJob, aspect};
 use super::upsample::upsample;
 use crate::accel::TwoLevel;
 use crate::frame::{FrameStats, Framebuffer, Lattice, Target, TileRect};
-use crate::scene::{FrameDesc, Mask, Scene, Viewport};
+use crate::scene::{FrameDesc, Mask, Resolved, Scene, Viewport};
 use crate::shade::{Camera, Holes, MAX_LAYERS, ShadeScene, SurfaceUse, TextureCache, compile_camera};
 use crate::simd::Level;
 use crate::trace::{Hit, Ray, Tracer};
@@ -30,6 +30,8 @@ pub struct Renderer {
     nodes: Framebuffer,
     textures: TextureCache,
     surfaces: SurfaceUse,
+    /// The instances of the last frame.
+    resolved: Resolved,
     /// Camera and viewport of the last frame, for picking.
     view: (Camera, Viewport),
     history: History,
@@ -44,6 +46,7 @@ impl Renderer {
             nodes: Framebuffer::default(),
             textures: TextureCache::default(),
             surfaces: SurfaceUse::default(),
+            resolved: Resolved::default(),
             view: (Camera::default(), Viewport::default()),
             history: History::default(),
         }
@@ -58,7 +61,9 @@ impl Renderer {
         self.view = (compile_camera(scene, frame), frame.viewport);
         self.textures.update(scene);
         self.world.choose_top_level(frame.top_level);
-        let update = self.world.update(scene, &frame.instances);
+        self.resolved.resolve(scene, &frame.instances).map_err(|_| RenderError::Instances)?;
+        let list = self.resolved.list(&frame.instances);
+        let update = self.world.update_list(scene, list);
         if update.out_of_memory > 0 {
             return Err(RenderError::Structures { bytes: update.out_of_memory });
         }
@@ -67,7 +72,7 @@ impl Renderer {
             update_seconds: seconds,
             top_level_seconds: update.top_level_seconds,
             total_seconds: seconds,
-            instances: frame.instances.len() as u64,
+            instances: list.instances.len() as u64,
             triangles: update.triangles,
             objects_built: update.objects_built,
             objects_refitted: update.objects_refitted,
@@ -158,7 +163,10 @@ impl Renderer {
         time_is_up: &(dyn Fn() -> bool + Sync),
         stats: &mut FrameStats,
     ) -> Counts {
-        let shade_scene = ShadeScene::new(scene, frame, &self.textures, &mut self.surfaces);
+        let shade_scene = {
+            let list = self.resolved.list(&frame.instances);
+            ShadeScene::new(scene, frame, list, &self.textures, &mut self.surfaces)
+        };
         let job = TileJob::new(&shade_scene, Tracer::new(&self.world), frame, plan.step);
         let viewport = rect_of(frame.viewport);
         let sub_sampled = plan.step > 1;
@@ -229,7 +237,7 @@ impl Renderer {
         for _ in 0..MAX_LAYERS {
             let hit = tracer.intersect(&ray)?;
             if !holes.is_hole(&ray, &hit) {
-                return Some(hit);
+                return Some(Hit { instance: self.world.number_of(hit.instance), ..hit });
             }
             ray.tmin = hit.t.next_up();
         }

@@ -168,7 +168,8 @@ fn check(what: &str, w: &World) -> u32 {
         world.update(&w.scene, &w.frame.instances);
         let mut cache = TextureCache::default();
         cache.update(&w.scene);
-        let scene = ShadeScene::new(&w.scene, &w.frame, &cache, &mut SurfaceUse::default());
+        let list = InstanceList::plain(&w.frame.instances);
+        let scene = ShadeScene::new(&w.scene, &w.frame, list, &cache, &mut SurfaceUse::default());
         let cone = scene.camera.cone(SIZE as f32, 1.0);
         let mut workers = [0, 1].map(|_| Worker::new(&scene, Tracer::new(&world)));
         let mut answers = [0, 1].map(|_| Samples::new());
@@ -246,7 +247,7 @@ fn samples_shaded_together_get_what_each_gets_alone() {
             for (i, camera) in cameras.into_iter().enumerate() {
                 w.frame.camera = camera;
                 for used in [&[][..], &lights[..3], &lights] {
-                    w.frame.lights = used.to_vec();
+                    w.frame.lights = used.iter().map(|&light| LightUse::new(light, Affine3A::IDENTITY)).collect();
                     for renderer in [0, raycast] {
                         w.frame.renderer = renderer;
                         let what = format!("camera {i}, {} lights, renderer {renderer}, sky {sky}", used.len());

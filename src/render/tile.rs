@@ -116,6 +116,7 @@ impl<'a> TileJob<'a> {
                 self.clear(samples, mask & !camera.mask);
                 if at_once {
                     show(samples, mask, block);
+                    self.number_instances(mask, block);
                     continue;
                 }
                 for slot in bits(mask) {
@@ -126,6 +127,7 @@ impl<'a> TileJob<'a> {
                     sums[slot] += samples.color(slot);
                 }
             }
+            self.number_instances(mask, block);
             if !at_once {
                 for slot in bits(mask) {
                     let color = sums[slot] / pattern.len() as f32;
@@ -140,6 +142,14 @@ impl<'a> TileJob<'a> {
 
     fn level(&self) -> Level {
         self.tracer.world().level()
+    }
+
+    /// Gives the instances that have just been stored the numbers by which the application knows them.
+    fn number_instances(&self, mask: u64, block: &mut Block) {
+        let list = self.scene.list();
+        if !list.numbers.is_empty() {
+            bits(mask).for_each(|slot| block.instance[slot] = list.number_of(block.instance[slot]));
+        }
     }
 
     /// The samples that the camera leaves clear.

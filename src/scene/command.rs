@@ -3,8 +3,11 @@
 //! The state machine validates, then sends commands; the back-end applies them in order when a frame starts.
 //! A command that was sent is always valid: applying one cannot fail.
 
+use super::changes::{overwrite, scatter};
 use super::key_frame;
-use super::{KeyFrame, LazyShape, Mask, Mesh, Motion, Name, ParamValue, Scene, Shader, ShaderClass, Strategy, Texture};
+use super::{
+    Instance, KeyFrame, LazyShape, Mask, Mesh, Motion, Name, ParamValue, Scene, Shader, ShaderClass, Strategy, Texture,
+};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -13,6 +16,11 @@ pub enum Command {
         name: Name,
         mesh: Mesh,
         motion: Motion,
+    },
+    /// Makes an object a composite. One that is defined anew has no children.
+    SetChildren {
+        name: Name,
+        children: Vec<Instance>,
     },
     SetStrategy {
         name: Name,
@@ -65,9 +73,14 @@ pub enum Command {
         first: u32,
         normals: Vec<Vec3>,
     },
-    DeleteObjects {
-        first: Name,
-        count: u32,
+    /// New normals for the vertices listed.
+    MoveNormals {
+        name: Name,
+        vertices: Vec<u32>,
+        normals: Vec<Vec3>,
+    },
+    DeleteObject {
+        name: Name,
     },
     DefineClass {
         name: Name,
@@ -111,6 +124,13 @@ impl Scene {
                 object.keys_version = self.epoch;
                 object.mesh = Arc::new(mesh);
                 object.motion = motion;
+                self.composites -= usize::from(!std::mem::take(&mut object.children).is_empty());
+            }
+            Command::SetChildren { name, children } => {
+                let object = self.objects.entry(name).or_default();
+                self.composites += usize::from(!children.is_empty());
+                self.composites -= usize::from(!object.children.is_empty());
+                object.children = children;
             }
             Command::SetStrategy { name, strategy } => {
                 self.objects.entry(name).or_default().strategy = strategy;
@@ -124,11 +144,11 @@ impl Scene {
             Command::SetMask { name, mask } => {
                 self.objects.entry(name).or_default().mask = mask;
             }
-            Command::UpdatePositions { name, first, positions } => {
+            Command::UpdatePositions { name, first, mut positions } => {
                 if let Some(object) = self.objects.get_mut(&name) {
                     let of = object.mesh.positions.len();
                     object.moves.range(self.epoch, first..first.saturating_add(positions.len() as u32), of);
-                    overwrite(&mut Arc::make_mut(&mut object.mesh).positions, first, positions);
+                    overwrite(&mut Arc::make_mut(&mut object.mesh).positions, first, &mut positions);
                     object.vertex_version = self.epoch;
                 }
             }
@@ -136,11 +156,7 @@ impl Scene {
                 if let Some(object) = self.objects.get_mut(&name) {
                     let target = &mut Arc::make_mut(&mut object.mesh).positions;
                     let of = target.len();
-                    for (&vertex, position) in vertices.iter().zip(positions) {
-                        if let Some(target) = target.get_mut(vertex as usize) {
-                            *target = position;
-                        }
-                    }
+                    scatter(target, &vertices, &positions);
                     object.moves.listed(self.epoch, &vertices, of);
                     object.vertex_version = self.epoch;
                 }
@@ -164,15 +180,20 @@ impl Scene {
             Command::SetTime { name, time } => {
                 self.objects.entry(name).or_default().time = time;
             }
-            Command::UpdateNormals { name, first, normals } => {
+            Command::UpdateNormals { name, first, mut normals } => {
                 if let Some(object) = self.objects.get_mut(&name) {
-                    overwrite(&mut Arc::make_mut(&mut object.mesh).normals, first, normals);
+                    overwrite(&mut Arc::make_mut(&mut object.mesh).normals, first, &mut normals);
                 }
             }
-            Command::DeleteObjects { first, count } => {
-                // The range is the caller's and may be huge; the table is not.
-                let end = u64::from(first) + u64::from(count);
-                self.objects.retain(|&name, _| name < first || u64::from(name) >= end);
+            Command::MoveNormals { name, vertices, normals } => {
+                if let Some(object) = self.objects.get_mut(&name) {
+                    scatter(&mut Arc::make_mut(&mut object.mesh).normals, &vertices, &normals);
+                }
+            }
+            Command::DeleteObject { name } => {
+                if let Some(object) = self.objects.remove(&name) {
+                    self.composites -= usize::from(!object.children.is_empty());
+                }
             }
             Command::DefineClass { name, class } => {
                 self.classes.insert(name, class);
@@ -183,8 +204,8 @@ impl Scene {
                 }
             }
             Command::SetParameter { shader, param, value } => {
-                if let Some(slot) = self.shaders.get_mut(&shader).and_then(|s| s.values.get_mut(param as usize)) {
-                    *slot = value;
+                if let Some(shader) = self.shaders.get_mut(&shader) {
+                    shader.set(param, value);
                 }
             }
             Command::DeleteShader { name } => {
@@ -197,15 +218,5 @@ impl Scene {
                 self.textures.remove(&name);
             }
         }
-    }
-}
-
-/// Puts `values` over `target[first..]`, as far as it reaches.
-fn overwrite<T: Copy>(target: &mut Vec<T>, first: u32, values: Vec<T>) {
-    if first == 0 && values.len() == target.len() {
-        *target = values;
-    } else if let Some(tail) = target.get_mut(first as usize..) {
-        let n = tail.len().min(values.len());
-        tail[..n].copy_from_slice(&values[..n]);
     }
 }

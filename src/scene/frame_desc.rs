@@ -20,6 +20,23 @@ impl Instance {
     }
 }
 
+/// A light shader that shines in a frame, and where it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightUse {
+    pub shader: Name,
+    /// Transforms positions, directions and edges that the shader's parameters give.
+    pub world_from_light: Affine3A,
+}
+
+impl LightUse {
+    pub const fn new(shader: Name, world_from_light: Affine3A) -> Self {
+        Self { shader, world_from_light }
+    }
+}
+
+/// The light from everywhere, until the application sets it: OpenGL's.
+pub const DEFAULT_AMBIENT: [f32; 3] = [0.2; 3];
+
 /// Pixel rectangle of the framebuffer that is rendered; origin at the lower left, as in OpenGL.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Viewport {
@@ -33,8 +50,11 @@ pub struct Viewport {
 #[derive(Clone, Debug)]
 pub struct FrameDesc {
     pub instances: Vec<Instance>,
-    /// Light shaders in the order of use.
-    pub lights: Vec<Name>,
+    /// In the order of use.
+    pub lights: Vec<LightUse>,
+    /// Linear RGB of the light that comes from everywhere, beside that of `ambient` lights. None: 0.2 in a frame without such lights, and only for
+    /// surfaces whose share of it was set.
+    pub ambient: Option<[f32; 3]>,
     /// Camera shader; 0 is the default pinhole at the origin looking down −z, 60° vertical field of view.
     pub camera: Name,
     /// Environment shader; 0 shows `clear_color`.
@@ -74,6 +94,7 @@ impl Default for FrameDesc {
         Self {
             instances: Vec::new(),
             lights: Vec::new(),
+            ambient: None,
             camera: 0,
             environment: 0,
             renderer: 0,

@@ -3,6 +3,10 @@
 use super::Name;
 use glam::{Vec2, Vec3, Vec4};
 
+/// Triangles with a coordinate beyond this (or not a number) are dropped: areas and differences of their boxes would overflow. Embree draws the line
+/// at the same place.
+pub const MAX_COORDINATE: f32 = 1.844e18;
+
 /// Triangles of one object, in object space.
 ///
 /// Invariants: every index is below `positions.len()`; an attribute vector is empty (absent) or has one entry per

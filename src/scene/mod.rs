@@ -5,7 +5,9 @@
 //! free of `unsafe`, of threads and of rays, so that a command log can also be sent over a wire or replayed.
 #![forbid(unsafe_code)]
 
+mod changes;
 mod command;
+mod composite;
 mod frame_desc;
 mod key_frame;
 mod mask;
@@ -18,11 +20,13 @@ mod texture;
 mod top_level;
 mod upsampling;
 
+pub use changes::Changes;
 pub use command::Command;
-pub use frame_desc::{FrameDesc, Instance, Viewport};
+pub use composite::{InstanceList, Resolved, TooMany};
+pub use frame_desc::{DEFAULT_AMBIENT, FrameDesc, Instance, LightUse, Viewport};
 pub use key_frame::KeyFrame;
 pub use mask::Mask;
-pub use mesh::{Mesh, ParamStream};
+pub use mesh::{MAX_COORDINATE, Mesh, ParamStream};
 pub use moves::Moves;
 pub use object::{LazyShape, Motion, Object, Strategy};
 pub use program::{
@@ -49,4 +53,12 @@ pub struct Scene {
     pub textures: HashMap<Name, Arc<Texture>>,
     /// Counts every applied command except a frame; two equal values mean an unchanged scene.
     pub epoch: u64,
+    /// Objects that have children.
+    composites: usize,
+}
+
+impl Scene {
+    fn is_composite(&self, object: Name) -> bool {
+        self.objects.get(&object).is_some_and(|object| !object.children.is_empty())
+    }
 }

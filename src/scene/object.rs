@@ -1,6 +1,6 @@
 //! Objects: a mesh, how it moves, and what changed since when.
 
-use super::{KeyFrame, Mask, Mesh, Moves, key_frame};
+use super::{Instance, KeyFrame, Mask, Mesh, Moves, key_frame};
 use std::sync::Arc;
 
 /// How the application means to move an object (Wald03 §3). A promise that only costs speed when broken.
@@ -31,7 +31,7 @@ pub enum Strategy {
     Refit,
     /// Refit with rotations (Kopta12), and a new tree when that does not keep up.
     Rotate,
-    /// Uniform grid (Larsson03 §5), rebuilt when the geometry changes.
+    /// Grid of grids (Larsson03 §5), rebuilt when the geometry changes.
     Grid,
     /// Binned SAH BVH once; after that only what rays reach is brought up to date, when they reach it (Larsson03 §3).
     Lazy,
@@ -95,6 +95,8 @@ pub struct Object {
     /// Structures that are updated while rays are traced keep a weak reference: a change of the mesh then moves it instead of copying it, and
     /// cuts them off from it.
     pub mesh: Arc<Mesh>,
+    /// Objects that are part of this one, placed in its space.
+    pub children: Vec<Instance>,
     pub motion: Motion,
     pub strategy: Strategy,
     pub lazy: LazyShape,

@@ -83,7 +83,7 @@ pub trait SurfaceShader: Send + Sync {
 }
 
 pub trait LightShader: Send + Sync {
-    /// Light arriving at world-space `position`; None when it does not shine there.
+    /// Light arriving at `position`; None when it does not shine there. Point and answer are in the space of [`super::LightUse::world_from_light`].
     fn illuminate(&self, params: &[u8], position: Vec3) -> Option<LightSample>;
 }
 

@@ -61,6 +61,8 @@ pub struct ParamDef {
     pub ty: ParamType,
     pub scope: ParamScope,
     pub default: ParamValue,
+    /// The texts that a string parameter can be; it can be anything if there are none.
+    pub choices: &'static [&'static str],
     /// Byte offset in the parameter block that a user's shader function is given; 0 for built-in classes.
     pub offset: u32,
 }
@@ -87,13 +89,29 @@ impl ShaderClass {
 pub struct Shader {
     pub class: Arc<ShaderClass>,
     pub values: Vec<ParamValue>,
+    /// Whether each of them was set, if only to its default.
+    pub given: Vec<bool>,
 }
 
 impl Shader {
     /// A shader with the default values of its class.
     pub fn new(class: Arc<ShaderClass>) -> Self {
         let values = class.params.iter().map(|p| p.default.clone()).collect();
-        Self { class, values }
+        let given = vec![false; class.params.len()];
+        Self { class, values, given }
+    }
+
+    /// Sets parameter number `param`, if the class has so many.
+    pub fn set(&mut self, param: u32, value: ParamValue) {
+        if let Some(slot) = self.values.get_mut(param as usize) {
+            *slot = value;
+            self.given[param as usize] = true;
+        }
+    }
+
+    /// Whether the parameter called `name` was set.
+    pub fn is_given(&self, name: &str) -> bool {
+        self.class.param_index(name).is_some_and(|i| self.given[i as usize])
     }
 
     /// Value of the parameter called `name`, if the class has it.

@@ -6,7 +6,7 @@
 //! | surface | parameters |
 //! |---|---|
 //! | `constant` | glows with the base colour, unlit: `color` 1 1 1, `texture`, `opacity` 1, `alpha_texture`, `alpha_threshold` 0, `alpha_blend` 0 |
-//! | `diffuse` | Lambert: `color` 0.8 0.8 0.8, `ambient` 0.2 0.2 0.2 (share of the ambient lights that is reflected), `texture` |
+//! | `diffuse` | Lambert: `color` 0.8 0.8 0.8, `ambient` 0.2 0.2 0.2 (share of the ambient light that is reflected), `texture` |
 //! | `phong` | `ambient` 0.2, `diffuse` 0.8, `specular` 0, `shininess` 32 (highlights of lights: cosᵏ around the mirror direction), `reflection` 0 (mirror image of the scene), `transmission` 0 and `ior` 1 (refracted image), `emission` 0, `opacity` 1, `texture`, `alpha_texture`, `alpha_threshold` 0, `alpha_blend` 0 |
 //! | `cutout` | `diffuse` with holes where alpha < `alpha_threshold` 0.5: `color`, `ambient`, `texture`, `alpha_texture` |
 //! | `mirror` | perfect mirror: `color` 1 1 1, `texture` |
@@ -29,6 +29,9 @@
 //! | `directional` | `direction` 0 0 −1 (in which the light travels), `color` |
 //! | `spot` | `position`, `direction`, `color`, `attenuation`, `cutoff` 45 (half angle), `penumbra` 0 (degrees inside the cutoff over which it fades), `exponent` 0 (cosᵏ towards the rim) |
 //! | `area` | `shape` "rectangle" (or "disc", "sphere"), `position` 0 0 0 (centre), `edge_u` 1 0 0, `edge_v` 0 0 1 (full sides of the rectangle, axes of the disc; it shines to the side of u × v), `radius` 0.5 (disc, sphere), `color`, `attenuation`, `samples` 16 |
+//!
+//! Ambient light is the sum of the `ambient` lights and of that of the frame ([`crate::scene::FrameDesc::ambient`]). Positions, directions and edges of lights
+//! are transformed by the matrix that they are used with.
 //!
 //! A light of colour 1 facing a white diffuse surface head on gives it the value 1: no π appears, as in OpenGL. An
 //! area light spreads the same power over its surface and falls off with the cosine at the light. Lights themselves
@@ -68,7 +71,7 @@ fn class(kind: ShaderKind, name: &str, params: Vec<ParamDef>) -> Arc<ShaderClass
 }
 
 fn param(name: &str, ty: ParamType, default: ParamValue) -> ParamDef {
-    ParamDef { name: name.into(), ty, scope: ParamScope::Shader, default, offset: 0 }
+    ParamDef { name: name.into(), ty, scope: ParamScope::Shader, default, choices: &[], offset: 0 }
 }
 
 fn rgb(name: &str, r: f32, g: f32, b: f32) -> ParamDef {
@@ -165,7 +168,10 @@ fn lights() -> Vec<Arc<ShaderClass>> {
     let direction = || rgb("direction", 0.0, 0.0, -1.0);
     let color = || grey("color", 1.0);
     let attenuation = || rgb("attenuation", 1.0, 0.0, 0.0);
-    let shape = param("shape", ParamType::String, ParamValue::String("rectangle".into()));
+    let shape = ParamDef {
+        choices: &["rectangle", "disc", "sphere"],
+        ..param("shape", ParamType::String, ParamValue::String("rectangle".into()))
+    };
     vec![
         light("ambient", vec![grey("color", 0.2)]),
         light("point", vec![position(), color(), attenuation()]),

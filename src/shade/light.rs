@@ -5,9 +5,10 @@
 
 use crate::scene::{LightSample, LightShader, SurfacePoint};
 use crate::shade::block::Block;
+use crate::shade::placed::Placed;
 use crate::shade::sampler::{Rng, disc, hammersley};
 use crate::shade::values::Values;
-use glam::{Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 use std::f32::consts::TAU;
 use std::sync::Arc;
 
@@ -54,6 +55,8 @@ pub(super) enum Shape {
     User {
         program: Arc<dyn LightShader>,
         block: Block,
+        /// World from light and light from world, unless they are the same.
+        place: Option<Box<[Affine3A; 2]>>,
     },
 }
 
@@ -61,8 +64,8 @@ pub(super) enum Shape {
 const MAX_SAMPLES: u32 = 4096;
 
 impl Light {
-    /// The built-in light `class`; None if there is none of that name.
-    pub fn built_in(class: &str, values: Values) -> Option<Self> {
+    /// The built-in light `class` at `place`; None if there is none of that name.
+    pub fn built_in(class: &str, values: Values, place: &Affine3A) -> Option<Self> {
         let position = values.vec3("position");
         let mut samples = 1;
         let shape = match class {
@@ -86,11 +89,14 @@ impl Light {
             _ => return None,
         };
         let attenuation = if class == "directional" { Vec3::X } else { values.vec3("attenuation") };
+        let shape = if *place == Affine3A::IDENTITY { shape } else { shape.placed(place) };
         Some(Self { shape, color: values.vec3("color"), attenuation, samples })
     }
 
-    pub fn user(program: Arc<dyn LightShader>, block: Block) -> Self {
-        Self { shape: Shape::User { program, block }, color: Vec3::ONE, attenuation: Vec3::X, samples: 1 }
+    pub fn user(program: Arc<dyn LightShader>, block: Block, place: &Affine3A) -> Self {
+        let back = place.inverse();
+        let place = (*place != Affine3A::IDENTITY && back.is_finite()).then(|| Box::new([*place, back]));
+        Self { shape: Shape::User { program, block, place }, color: Vec3::ONE, attenuation: Vec3::X, samples: 1 }
     }
 
     /// Points of the light that a shading point after `depth` bounces asks for.
@@ -121,7 +127,12 @@ impl Light {
             Shape::Directional { towards } => {
                 return Some(LightSample { direction: *towards, distance: f32::INFINITY, radiance: self.color });
             }
-            Shape::User { program, block } => return program.illuminate(block.bytes(), position).and_then(sane),
+            Shape::User { program, block, place } => {
+                return match place {
+                    None => program.illuminate(block.bytes(), position).and_then(sane),
+                    Some(place) => placed_sample(&**program, block, place, position),
+                };
+            }
             Shape::Point { position } => (*position, None),
             Shape::Spot { position, .. } => (*position, None),
             Shape::Rectangle { corner, u: edge_u, v: edge_v, normal } => {
@@ -183,6 +194,54 @@ impl Light {
         let divisor = self.attenuation.x + d * (self.attenuation.y + d * self.attenuation.z);
         if divisor > 0.0 { 1.0 / divisor } else { 1.0 }
     }
+}
+
+impl Shape {
+    /// The shape under a matrix.
+    fn placed(self, world_from_light: &Affine3A) -> Self {
+        let point = |p: Vec3| world_from_light.transform_point3(p);
+        let vector = |v: Vec3| world_from_light.transform_vector3(v);
+        // The lit side stays the lit side under mirrors.
+        let normal = |n: Vec3| Placed::new(*world_from_light).normal(n).normalize_or(n);
+        match self {
+            Shape::Point { position } => Shape::Point { position: point(position) },
+            Shape::Directional { towards } => Shape::Directional { towards: vector(towards).normalize_or(towards) },
+            Shape::Spot { position, axis, cos_outer, cos_inner, exponent } => {
+                let (position, axis) = (point(position), vector(axis).normalize_or(axis));
+                Shape::Spot { position, axis, cos_outer, cos_inner, exponent }
+            }
+            Shape::Rectangle { corner, u, v, normal: n } => {
+                Shape::Rectangle { corner: point(corner), u: vector(u), v: vector(v), normal: normal(n) }
+            }
+            Shape::Disc { center, u, v, normal: n } => {
+                Shape::Disc { center: point(center), u: vector(u), v: vector(v), normal: normal(n) }
+            }
+            Shape::Sphere { center, radius } => {
+                let scale = world_from_light.matrix3.determinant().abs().cbrt();
+                Shape::Sphere { center: point(center), radius: radius * scale }
+            }
+            user @ Shape::User { .. } => user,
+        }
+    }
+}
+
+/// What a user's light at `place` sends to `position`: it is asked in its own space.
+fn placed_sample(
+    program: &dyn LightShader,
+    block: &Block,
+    [world_from_light, light_from_world]: &[Affine3A; 2],
+    position: Vec3,
+) -> Option<LightSample> {
+    let local = light_from_world.transform_point3(position);
+    let sample = program.illuminate(block.bytes(), local).and_then(sane)?;
+    if sample.distance == f32::INFINITY {
+        let direction = world_from_light.transform_vector3(sample.direction).try_normalize()?;
+        return Some(LightSample { direction, ..sample });
+    }
+    let to_light = world_from_light.transform_point3(local + sample.direction * sample.distance) - position;
+    let distance = to_light.length();
+    let direction = to_light.try_normalize()?;
+    Some(LightSample { direction, distance, ..sample })
 }
 
 fn area(values: Values, position: Vec3) -> Shape {

@@ -220,7 +220,7 @@ impl WideKernel for Finish<'_, '_, '_> {
     fn run<I: Isa>(self, isa: Proof<I>) {
         let Self { lighting, sum, sky, mask, color } = self;
         let materials = lighting.materials;
-        let (ambient_light, background) = (isa.splat3(lighting.scene.ambient), isa.splat3(sky.truncate()));
+        let background = isa.splat3(sky.truncate());
         let (zero, one, most) = (isa.splat(0.0), isa.splat(1.0), isa.splat(f32::MAX));
         for g in 0..GROUPS {
             if lanes_of(mask, g) == 0 {
@@ -233,7 +233,7 @@ impl WideKernel for Finish<'_, '_, '_> {
                 let ambient = isa.load3([&rows[3], &rows[4], &rows[5]]);
                 let emission = isa.load3([&rows[6], &rows[7], &rows[8]]);
                 let base = isa.load3(row3(&materials.base, g));
-                let own = emission + ambient * base * ambient_light;
+                let own = emission + ambient * base;
                 // The first sum is that of the layers along the ray, of which this is the only one.
                 let lit = isa.splat3(Vec3::ZERO) + (own + isa.load3(row3(sum, g)));
                 // A shader may have divided by zero, see `Worker::end`.

@@ -1,7 +1,7 @@
 //! The scene as one frame sees it: late binding happens here. Names become dense indices, parameters become typed
 //! values, and nothing is looked up by name again while rays fly.
 
-use crate::scene::{FrameDesc, Instance, Mesh, Name, Program, Scene, Shader};
+use crate::scene::{DEFAULT_AMBIENT, FrameDesc, Instance, InstanceList, Mesh, Name, Program, Scene, Shader};
 use crate::shade::block::Block;
 use crate::shade::camera::Camera;
 use crate::shade::environment::Environment;
@@ -24,7 +24,7 @@ pub(super) const MANY: u32 = u32::MAX;
 
 /// Everything that shading reads during one frame.
 pub struct ShadeScene<'a> {
-    instances: &'a [Instance],
+    list: InstanceList<'a>,
     /// The mesh of each instance; None where the object does not exist.
     meshes: Vec<Option<&'a Mesh>>,
     /// Of each instance that a ray of this frame has hit.
@@ -37,8 +37,6 @@ pub struct ShadeScene<'a> {
     pub textures: Textures,
     /// Lights in the order of use, without the ambient ones.
     pub lights: Vec<Light>,
-    /// Sum of the ambient lights.
-    pub ambient: Vec3,
     /// The frame uses no light at all, so the eye carries a lamp.
     pub headlight: bool,
     pub camera: Camera,
@@ -49,8 +47,14 @@ pub struct ShadeScene<'a> {
 }
 
 impl<'a> ShadeScene<'a> {
-    /// `cache` must be up to date with the scene.
-    pub fn new(scene: &'a Scene, frame: &'a FrameDesc, cache: &TextureCache, used: &mut SurfaceUse) -> Self {
+    /// `list` are the instances of the frame. `cache` must be up to date with the scene.
+    pub fn new(
+        scene: &'a Scene,
+        frame: &FrameDesc,
+        list: InstanceList<'a>,
+        cache: &TextureCache,
+        used: &mut SurfaceUse,
+    ) -> Self {
         let textures = Textures::new(cache);
         let mut last: (Name, Option<&Mesh>) = (0, None);
         let mesh = |instance: &Instance| {
@@ -59,20 +63,36 @@ impl<'a> ShadeScene<'a> {
             }
             last.1
         };
-        let meshes: Vec<_> = frame.instances.iter().map(mesh).collect();
-        let placed = frame.instances.iter().map(|_| OnceLock::new()).collect();
+        let meshes: Vec<_> = list.instances.iter().map(mesh).collect();
+        let placed = list.instances.iter().map(|_| OnceLock::new()).collect();
+
+        let mut lights = Vec::new();
+        let mut ambient = Ambient::new(frame);
+        for light in &frame.lights {
+            let Some(shader) = scene.shaders.get(&light.shader) else { continue };
+            let place = &light.world_from_light;
+            match &shader.class.program {
+                Program::BuiltIn if &*shader.class.name == "ambient" => ambient.add(Values(shader).vec3("color")),
+                Program::BuiltIn => lights.extend(Light::built_in(&shader.class.name, Values(shader), place)),
+                Program::Light(program) => lights.push(Light::user(program.clone(), Block::pack(shader), place)),
+                _ => {}
+            }
+        }
 
         let mut surfaces = vec![Surface::default()];
+        surfaces[0].reflect_ambient(ambient.of(false));
         let mut names = vec![0];
         for (&name, shader) in &scene.shaders {
-            if let Some(surface) = compile_surface(name, shader, &textures) {
+            if let Some(mut surface) = compile_surface(name, shader, &textures) {
+                surface.reflect_ambient(ambient.of(shader.is_given("ambient")));
                 names.push(name);
                 surfaces.push(surface);
             }
         }
         let surface_of = NameTable::new(names.iter().copied());
         let is_see_through = |name| surface_of.get(name).is_some_and(|index| surfaces[index as usize].is_see_through());
-        let see_through = surfaces.iter().any(Surface::is_see_through) && used.any(scene, frame, is_see_through);
+        let see_through =
+            surfaces.iter().any(Surface::is_see_through) && used.any(scene, list.instances, is_see_through);
 
         let mut last: (Name, u32) = (0, MANY);
         let look = |(instance, mesh): (&Instance, &Option<&Mesh>)| {
@@ -83,28 +103,16 @@ impl<'a> ShadeScene<'a> {
             }
             last.1
         };
-        let looks = frame.instances.iter().zip(&meshes).map(look).collect();
-
-        let mut lights = Vec::new();
-        let mut ambient = Vec3::ZERO;
-        for shader in frame.lights.iter().filter_map(|name| scene.shaders.get(name)) {
-            match &shader.class.program {
-                Program::BuiltIn if &*shader.class.name == "ambient" => ambient += Values(shader).vec3("color"),
-                Program::BuiltIn => lights.extend(Light::built_in(&shader.class.name, Values(shader))),
-                Program::Light(program) => lights.push(Light::user(program.clone(), Block::pack(shader))),
-                _ => {}
-            }
-        }
+        let looks = list.instances.iter().zip(&meshes).map(look).collect();
 
         Self {
-            instances: &frame.instances,
+            list,
             meshes,
             placed,
             looks,
             surfaces,
             surface_of,
             lights,
-            ambient,
             headlight: frame.lights.is_empty(),
             camera: compile_camera(scene, frame),
             environment: compile_environment(scene, frame, &textures),
@@ -117,6 +125,11 @@ impl<'a> ShadeScene<'a> {
     /// Whether the rendering object of the scene sends no rays but those of the camera.
     pub fn is_primary_only(&self) -> bool {
         self.integrator == Integrator::RAYCAST
+    }
+
+    /// By which numbers the application knows the instances.
+    pub fn list(&self) -> &InstanceList<'a> {
+        &self.list
     }
 
     #[inline]
@@ -157,7 +170,33 @@ impl<'a> ShadeScene<'a> {
     #[inline(always)]
     pub(super) fn placed(&self, instance: u32) -> &Placed {
         let number = instance as usize;
-        self.placed[number].get_or_init(|| Box::new(Placed::new(self.instances[number].world_from_object)))
+        self.placed[number].get_or_init(|| Box::new(Placed::new(self.list.instances[number].world_from_object)))
+    }
+}
+
+/// The light from everywhere.
+struct Ambient {
+    /// Sum of the lights of class `ambient`.
+    lights: Option<Vec3>,
+    /// That of the frame, if the application has set it.
+    frame: Option<Vec3>,
+}
+
+impl Ambient {
+    fn new(frame: &FrameDesc) -> Self {
+        Self { lights: None, frame: frame.ambient.map(Vec3::from_array) }
+    }
+
+    fn add(&mut self, color: Vec3) {
+        *self.lights.get_or_insert(Vec3::ZERO) += color;
+    }
+
+    /// What a surface gets whose share of it was set, or was not.
+    fn of(&self, share_is_set: bool) -> Vec3 {
+        match (self.lights, self.frame) {
+            (None, None) if share_is_set => Vec3::from_array(DEFAULT_AMBIENT),
+            (lights, frame) => lights.unwrap_or(Vec3::ZERO) + frame.unwrap_or(Vec3::ZERO),
+        }
     }
 }
 

@@ -52,6 +52,7 @@ pub enum Surface {
 
 /// Phong's model with Whitted's mirror and refracted rays; see [`crate::shade::class`].
 pub struct Phong {
+    /// Ambient light that is reflected, see [`Surface::reflect_ambient`].
     pub ambient: Vec3,
     pub diffuse: Vec3,
     pub specular: Vec3,
@@ -160,6 +161,15 @@ impl Surface {
             },
             _ => return None,
         })
+    }
+
+    /// Makes the ambient share of a surface the light that it reflects, out of the `light` that comes from everywhere.
+    pub fn reflect_ambient(&mut self, light: Vec3) {
+        match self {
+            Surface::Phong(phong) => phong.ambient *= light,
+            Surface::MetallicRoughness(material) => material.ambient *= light,
+            _ => {}
+        }
     }
 
     /// Whether shadow rays may pass, somewhere.

@@ -2,7 +2,7 @@
 //! lets them pass. One such shader that no object of the frame uses must not put all shadow rays on the slow path. And where all triangles have
 //! one shader, nobody has to look up which.
 
-use crate::scene::{FrameDesc, Name, Object, Scene};
+use crate::scene::{Instance, Name, Object, Scene};
 use std::collections::HashMap;
 
 /// Shaders by object, found by one look at each triangle and kept until the object is defined anew.
@@ -42,12 +42,12 @@ impl Used {
 }
 
 impl SurfaceUse {
-    /// Whether an instance of the frame has a triangle with a shader for which `wanted` holds; shader 0, the default, is
+    /// Whether an instance has a triangle with a shader for which `wanted` holds; shader 0, the default, is
     /// not asked for.
-    pub fn any(&mut self, scene: &Scene, frame: &FrameDesc, wanted: impl Fn(Name) -> bool) -> bool {
+    pub fn any(&mut self, scene: &Scene, instances: &[Instance], wanted: impl Fn(Name) -> bool) -> bool {
         // Neighbours in the list are often instances of one object.
         let mut last = 0;
-        frame.instances.iter().any(|instance| {
+        instances.iter().any(|instance| {
             if instance.object == last {
                 return false;
             }
@@ -89,9 +89,8 @@ mod tests {
         };
         define(&mut scene, 1, &[5, 5, 6, 5, 0]);
         define(&mut scene, 2, &[7]);
-        let frame = |objects: &[Name]| FrameDesc {
-            instances: objects.iter().map(|&object| Instance::new(object, Affine3A::IDENTITY)).collect(),
-            ..FrameDesc::default()
+        let frame = |objects: &[Name]| -> Vec<Instance> {
+            objects.iter().map(|&object| Instance::new(object, Affine3A::IDENTITY)).collect()
         };
         let mut used = SurfaceUse::default();
         let mut any = |scene: &Scene, objects: &[Name], wanted: Name| used.any(scene, &frame(objects), |n| n == wanted);

@@ -119,7 +119,7 @@ impl<'a> Worker<'a> {
     ) -> Vec4 {
         let point = &it.point;
         let bounce = Bounce { weight: bounce.weight * alpha, ..bounce };
-        let mut color = phong.emission + phong.ambient * base * self.scene.ambient;
+        let mut color = phong.emission + phong.ambient * base;
         color += lit;
         let mut reflection = phong.reflection;
         if phong.transmission != Vec3::ZERO {
@@ -214,8 +214,15 @@ impl<'a> Worker<'a> {
 
     pub(crate) fn user(&mut self, user: &UserSurface, it: &Interaction, bounce: Bounce) -> Vec4 {
         let scene = self.scene;
+        let mesh = scene.mesh(it.point.instance);
+        let mut renamed: Interaction;
+        let mut it = it;
+        if !scene.list().numbers.is_empty() {
+            renamed = it.clone();
+            renamed.point.instance = scene.list().number_of(it.point.instance);
+            it = &renamed;
+        }
         let point = &it.point;
-        let mesh = scene.mesh(point.instance);
         if mesh.params.is_empty() {
             return user.program.shade(user.block.bytes(), &mut Context { worker: self, it, bounce });
         }

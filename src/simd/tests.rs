@@ -65,8 +65,8 @@ unsafe fn all<V: Vector<Array = [f32; N]>, const N: usize>(a: [f32; N], b: [f32;
 
 type OfFour = ([[u32; 4]; 11], [u32; 2]);
 type OfEight = ([[u32; 8]; 11], [u32; 2]);
-/// Eight rows transposed; the least and the greatest of a row; which of a row are not above another's, and the nearest; these packed, and how many.
-type Shuffled = ([[u32; 8]; 8], [u32; 2], (u32, usize), (Vec<u64>, usize));
+/// Eight rows transposed, and a row picked from; the least and the greatest of a row; which of a row are not above another's, and the nearest; these packed, and how many.
+type Shuffled = ([[u32; 8]; 9], [u32; 2], (u32, usize), (Vec<u64>, usize));
 
 /// # Safety
 /// - The processor has the instruction set `I`.
@@ -88,12 +88,15 @@ unsafe fn shuffled<V: Eight>(a: [f32; 8], b: [f32; 8]) -> Shuffled {
             let turned = if k % 2 == 0 { a } else { b };
             *row = V::load(&std::array::from_fn(|i| turned[(i + k) % 8]));
         }
-        let mut columns = [[0; 8]; 8];
+        let mut columns = [[0; 8]; 9];
         for (to, column) in columns.iter_mut().zip(V::transpose(rows)) {
             let mut lanes = [0.0; 8];
             column.store(&mut lanes);
             *to = bits(lanes);
         }
+        let mut picked = [0.0; 8];
+        V::load(&a).pick(V::load(&b)).store(&mut picked);
+        columns[8] = bits(picked);
         // Without NaN, and with one zero.
         let row = V::load(&b.map(|x| if x.is_nan() || x == 0.0 { 0.25 } else { x }));
         let distances = V::load(&b.map(|x| if x.is_nan() { 0.25 } else { x.abs() }));
@@ -186,7 +189,7 @@ fn scalar_rows_become_columns() {
     let b = std::array::from_fn(|i| (10 + i) as f32);
     // SAFETY: every processor has the scalar set.
     let (columns, ends, ..) = unsafe { shuffled::<<Scalar as Isa>::F8>(a, b) };
-    for (i, column) in columns.into_iter().enumerate() {
+    for (i, column) in columns.into_iter().take(8).enumerate() {
         let expected = std::array::from_fn(|k| ((i + k) % 8 + 10 * (k % 2)) as f32);
         assert_eq!(column, bits(expected), "column {i}");
     }

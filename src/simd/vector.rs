@@ -89,6 +89,18 @@ pub trait Eight: Vector<Array = [f32; 8]> {
         (mask, (least & 7) as usize)
     }
 
+    /// Lane `i` is the lane of `self` that the lowest three bits of lane `i` of `which` tell.
+    #[inline(always)]
+    unsafe fn pick(self, which: Self) -> Self {
+        let (mut from, mut index) = ([0.0f32; 8], [0.0f32; 8]);
+        // SAFETY: the caller's promise.
+        unsafe {
+            self.store(&mut from);
+            which.store(&mut index);
+            Self::load(&index.map(|i| from[i.to_bits() as usize & 7]))
+        }
+    }
+
     /// Writes the lanes in `mask`, in order, to the front of `to`, as words of 64 bits: the lane's own bits above `low[lane]`.
     /// What lies behind them becomes anything.
     #[inline(always)]

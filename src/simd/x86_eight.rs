@@ -87,6 +87,12 @@ macro_rules! eight {
             }
 
             #[inline(always)]
+            unsafe fn pick(self, which: Self) -> Self {
+                // SAFETY: as above.
+                unsafe { $vector(_mm256_permutevar8x32_ps(self.0, _mm256_castps_si256(which.0))) }
+            }
+
+            #[inline(always)]
             unsafe fn pack_words(self, low: &[u32; 8], mask: u32, to: &mut [MaybeUninit<u64>; 8]) {
                 // SAFETY: as above; what is loaded and stored is as long as the tables and arrays.
                 unsafe {

@@ -6,12 +6,13 @@ use super::packet_query::RayPacket;
 use super::packet_scene::Scratch;
 use super::shells::kernels_of;
 use super::{Hit, PreparedRay, Ray, Scope};
-use crate::accel::{Bvh, LazyBvh, TopLevelBvh};
+use crate::accel::{Bsp, Bvh, Grid, LazyBvh, TopLevelBvh};
 use crate::simd::Level;
 
 type Intersect = unsafe fn(&Bvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
 type Occluded = unsafe fn(&Bvh, &PreparedRay) -> bool;
 type Lazy = unsafe fn(&LazyBvh, &PreparedRay, u32, u32, &mut Hit) -> bool;
+type Other<S> = unsafe fn(&S, &PreparedRay, (u32, u32), &mut Hit) -> bool;
 type Scene = unsafe fn(Scope<'_>, &TopLevelBvh, &PreparedRay, &mut Hit) -> bool;
 type IntersectMany = unsafe fn(Scope<'_>, &[Ray], &mut [Hit]) -> bool;
 type OccludedMany = unsafe fn(Scope<'_>, &[Ray], &mut [bool]) -> bool;
@@ -25,6 +26,10 @@ pub struct Kernels {
     pub(super) occluded: Occluded,
     pub(super) lazy_intersect: Lazy,
     pub(super) lazy_occluded: Lazy,
+    pub(super) bsp_intersect: Other<Bsp>,
+    pub(super) bsp_occluded: Other<Bsp>,
+    pub(super) grid_intersect: Other<Grid>,
+    pub(super) grid_occluded: Other<Grid>,
     pub(super) scene_intersect: Scene,
     pub(super) scene_occluded: Scene,
     pub(super) intersect_many: IntersectMany,
@@ -73,6 +78,34 @@ impl Kernels {
         let kernel = if ANY { self.lazy_occluded } else { self.lazy_intersect };
         // SAFETY: `new` picks only levels that the processor has.
         unsafe { kernel(lazy, ray, object, instance, best) }
+    }
+
+    /// [`Kernels::intersect`], or with `ANY` [`Kernels::occluded`], in a BSP, which is built if nobody needed it before.
+    #[inline]
+    pub(super) fn bsp<const ANY: bool>(
+        &self,
+        bsp: &Bsp,
+        ray: &PreparedRay,
+        numbers: (u32, u32),
+        best: &mut Hit,
+    ) -> bool {
+        let kernel = if ANY { self.bsp_occluded } else { self.bsp_intersect };
+        // SAFETY: `new` picks only levels that the processor has.
+        unsafe { kernel(bsp, ray, numbers, best) }
+    }
+
+    /// The same in a grid.
+    #[inline]
+    pub(super) fn grid<const ANY: bool>(
+        &self,
+        grid: &Grid,
+        ray: &PreparedRay,
+        numbers: (u32, u32),
+        best: &mut Hit,
+    ) -> bool {
+        let kernel = if ANY { self.grid_occluded } else { self.grid_intersect };
+        // SAFETY: `new` picks only levels that the processor has.
+        unsafe { kernel(grid, ray, numbers, best) }
     }
 
     /// The ray through the top-level tree and the objects below it: both levels in one shell. With `ANY` the first hit

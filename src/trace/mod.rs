@@ -10,6 +10,8 @@ pub mod ray;
 mod scope;
 pub mod triangle;
 
+mod bsp_turns;
+mod gathered;
 mod ground;
 mod hit;
 mod kernels;
@@ -28,6 +30,7 @@ mod traverse_bsp;
 mod traverse_bvh;
 mod traverse_field;
 mod traverse_grid;
+mod traverse_grid_far;
 mod traverse_lazy;
 mod traverse_packet;
 mod traverse_scene;

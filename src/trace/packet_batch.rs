@@ -170,10 +170,8 @@ mod tests {
             scene.apply(Command::DefineObject { name, mesh, motion: Motion::Affine });
         }
         let placed = |object, x: f32, scale: f32| {
-            Instance::new(
-                object,
-                Affine3A::from_translation(Vec3::new(x, 0.1, 0.0)) * Affine3A::from_scale(Vec3::splat(scale)),
-            )
+            let to = Affine3A::from_translation(Vec3::new(x, 0.1, 0.0));
+            Instance::new(object, to * Affine3A::from_scale(Vec3::splat(scale)))
         };
         let own = Instance::new(1, Affine3A::IDENTITY);
         let scenes = [vec![own], vec![placed(1, 0.2, 0.7)], vec![own, placed(2, -0.4, 0.8), placed(1, 0.6, 0.3)]];

@@ -16,9 +16,7 @@ use super::packet::{Found, GROUPS, LANES, Packet, Rows, groups};
 use super::packet_boxes::{Slabs, enters_box};
 use super::shells::Shells;
 use super::traverse_packet::{Alike, Leaves, traverse_packet};
-use super::{
-    Hit, Kernels, PreparedRay, Scope, traverse_bsp, traverse_field, traverse_grid, traverse_lazy, traverse_scene,
-};
+use super::{Hit, Kernels, PreparedRay, Scope, traverse_field, traverse_lazy, traverse_scene};
 use crate::accel::{ChildRef, InstanceRecord, Merged, Space, Structure, TopLevel, TopLevelBvh};
 use crate::simd::{Isa, Vector, bits};
 use glam::Mat3;
@@ -186,13 +184,12 @@ impl<const ANY: bool> Instances<'_, ANY> {
                 Structure::Bvh(bvh) => {
                     I::packet::<ANY>(bvh, packet, mask, (record.object, record.instance), found);
                 }
-                Structure::Bsp(bsp) => one_by_one::<ANY>(packet, mask, found, |ray, best| match best {
-                    Some(best) => traverse_bsp::intersect(bsp, ray, record.object, record.instance, best),
-                    None => traverse_bsp::occluded(bsp, ray),
-                }),
-                Structure::Grid(grid) => one_by_one::<ANY>(packet, mask, found, |ray, best| match best {
-                    Some(best) => traverse_grid::intersect(grid, ray, record.object, record.instance, best),
-                    None => traverse_grid::occluded(grid, ray),
+                Structure::Bsp(bsp) => {
+                    I::bsp_packet::<ANY>(bsp, packet, mask, (record.object, record.instance), found);
+                }
+                Structure::Grid(grid) => one_by_one::<ANY>(packet, mask, found, |ray, best| {
+                    let numbers = (record.object, record.instance);
+                    I::grid::<ANY>(grid, ray, numbers, best.unwrap_or(&mut Hit::none(ray.tmax)))
                 }),
                 Structure::Field(field) => one_by_one::<ANY>(packet, mask, found, |ray, best| match best {
                     Some(best) => traverse_field::intersect(field, ray, record.object, record.instance, best),

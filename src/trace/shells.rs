@@ -3,6 +3,7 @@
 //! A shell carries the `#[target_feature]`; the generic kernel inlines into it. Those that [`super::Kernels`] lists are called through function pointers, per
 //! object and ray or per batch, never per node; those of [`Shells`] are called by other kernels of the same instruction set.
 
+use super::bsp_turns::take_turns as bsp_turns;
 use super::ground::Ground;
 use super::kernels::Kernels;
 use super::one_ray::OneRay;
@@ -15,8 +16,8 @@ use super::traverse_bvh::traverse;
 use super::traverse_lazy::{self, View};
 use super::triangle4::{Edges, resolve};
 use super::turns::take_turns;
-use super::{Hit, PreparedRay, Ray, Scope, traverse_top_bvh};
-use crate::accel::{Bvh, ChildRef, LazyBvh, TopLevelBvh, Tri4};
+use super::{Hit, PreparedRay, Ray, Scope, traverse_bsp, traverse_grid, traverse_top_bvh};
+use crate::accel::{Bsp, Bvh, ChildRef, Grid, LazyBvh, TopLevelBvh, Tri4};
 use crate::simd::{Isa, Level, Scalar};
 
 /// The shells within: parts of the kernels that are functions of their own. The loops around them keep their registers, and code that is
@@ -41,6 +42,30 @@ pub(super) trait Shells: Isa {
     /// # Safety
     /// - The processor has the instruction set.
     unsafe fn one<const ANY: bool>(bvh: &Bvh, ray: &PreparedRay, numbers: (u32, u32), best: &mut Hit) -> bool;
+
+    /// One ray through one object's BSP: see [`traverse_bsp::traverse`].
+    ///
+    /// # Safety
+    /// - The processor has the instruction set.
+    unsafe fn bsp<const ANY: bool>(bsp: &Bsp, ray: &PreparedRay, numbers: (u32, u32), best: &mut Hit) -> bool;
+
+    /// One ray through one object's grid: see [`traverse_grid::traverse`].
+    ///
+    /// # Safety
+    /// - The processor has the instruction set.
+    unsafe fn grid<const ANY: bool>(grid: &Grid, ray: &PreparedRay, numbers: (u32, u32), best: &mut Hit) -> bool;
+
+    /// A packet through one object's BSP: see [`bsp_turns`].
+    ///
+    /// # Safety
+    /// - The processor has the instruction set.
+    unsafe fn bsp_packet<const ANY: bool>(
+        bsp: &Bsp,
+        packet: &Packet,
+        mask: u64,
+        numbers: (u32, u32),
+        found: &mut Found,
+    );
 
     /// A packet through one object: see [`traverse_object`].
     ///
@@ -204,6 +229,47 @@ macro_rules! shells {
             /// # Safety
             /// - The processor has the features named.
             $(#[target_feature(enable = $feature)])*
+            unsafe fn bsp_shell<const ANY: bool>(
+                bsp: &Bsp,
+                ray: &PreparedRay,
+                numbers: (u32, u32),
+                best: &mut Hit,
+            ) -> bool {
+                // SAFETY: the caller's promise.
+                unsafe { traverse_bsp::traverse::<$isa, ANY>(bsp, ray, numbers, best) }
+            }
+
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
+            unsafe fn grid_shell<const ANY: bool>(
+                grid: &Grid,
+                ray: &PreparedRay,
+                numbers: (u32, u32),
+                best: &mut Hit,
+            ) -> bool {
+                // SAFETY: the caller's promise.
+                unsafe { traverse_grid::traverse::<$isa, ANY>(grid, ray, numbers, best) }
+            }
+
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
+            #[inline(never)]
+            unsafe fn bsp_packet_shell<const ANY: bool>(
+                bsp: &Bsp,
+                packet: &Packet,
+                mask: u64,
+                numbers: (u32, u32),
+                found: &mut Found,
+            ) {
+                // SAFETY: the caller's promise.
+                unsafe { bsp_turns::<$isa, ANY>(bsp, packet, mask, numbers, found) }
+            }
+
+            /// # Safety
+            /// - The processor has the features named.
+            $(#[target_feature(enable = $feature)])*
             unsafe fn intersect_packet(world: Scope<'_>, rays: &RayPacket, mask: u64, scratch: &mut Scratch) -> u64 {
                 // SAFETY: the caller's promise.
                 unsafe { trace_packet::<$isa, false>(world, &KERNELS, rays, mask, scratch) }
@@ -291,6 +357,40 @@ macro_rules! shells {
                 }
 
                 #[inline(always)]
+                unsafe fn bsp<const ANY: bool>(
+                    bsp: &Bsp,
+                    ray: &PreparedRay,
+                    numbers: (u32, u32),
+                    best: &mut Hit,
+                ) -> bool {
+                    // SAFETY: the caller's promise.
+                    unsafe { bsp_shell::<ANY>(bsp, ray, numbers, best) }
+                }
+
+                #[inline(always)]
+                unsafe fn grid<const ANY: bool>(
+                    grid: &Grid,
+                    ray: &PreparedRay,
+                    numbers: (u32, u32),
+                    best: &mut Hit,
+                ) -> bool {
+                    // SAFETY: the caller's promise.
+                    unsafe { grid_shell::<ANY>(grid, ray, numbers, best) }
+                }
+
+                #[inline(always)]
+                unsafe fn bsp_packet<const ANY: bool>(
+                    bsp: &Bsp,
+                    packet: &Packet,
+                    mask: u64,
+                    numbers: (u32, u32),
+                    found: &mut Found,
+                ) {
+                    // SAFETY: the caller's promise.
+                    unsafe { bsp_packet_shell::<ANY>(bsp, packet, mask, numbers, found) }
+                }
+
+                #[inline(always)]
                 unsafe fn packet<const ANY: bool>(
                     bvh: &Bvh,
                     packet: &Packet,
@@ -348,6 +448,10 @@ macro_rules! shells {
                 occluded,
                 lazy_intersect: lazy::<false>,
                 lazy_occluded: lazy::<true>,
+                bsp_intersect: bsp_shell::<false>,
+                bsp_occluded: bsp_shell::<true>,
+                grid_intersect: grid_shell::<false>,
+                grid_occluded: grid_shell::<true>,
                 scene_intersect,
                 scene_occluded,
                 intersect_many,

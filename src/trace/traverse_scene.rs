@@ -20,7 +20,7 @@
 //! Within the object all comparisons are exact (the hit is clamped to the triangle's box in object space, and the transformed ray is
 //! the same bits wherever it comes from), and hits at equal `t` are compared by number. So the winner is always found, and found to be the same.
 
-use super::{Hit, Kernels, PreparedRay, Ray, SLAB_PAD, Scope, traverse_bsp, traverse_field, traverse_grid};
+use super::{Hit, Kernels, PreparedRay, Ray, SLAB_PAD, Scope, traverse_field};
 use crate::accel::{Aabb, InstanceRecord, Space, Structure, TOP_MAX_DEPTH, TopLevel, TopLevelBsp, TopNode};
 use glam::{Affine3A, Vec3};
 
@@ -207,10 +207,8 @@ fn visit<const ANY: bool>(
     match (accel().structure(), ANY) {
         (Structure::Bvh(bvh), false) => kernels.intersect(bvh, local, record.object, record.instance, best),
         (Structure::Bvh(bvh), true) => kernels.occluded(bvh, local),
-        (Structure::Bsp(bsp), false) => traverse_bsp::intersect(bsp, local, record.object, record.instance, best),
-        (Structure::Bsp(bsp), true) => traverse_bsp::occluded(bsp, local),
-        (Structure::Grid(grid), false) => traverse_grid::intersect(grid, local, record.object, record.instance, best),
-        (Structure::Grid(grid), true) => traverse_grid::occluded(grid, local),
+        (Structure::Bsp(bsp), _) => kernels.bsp::<ANY>(bsp, local, (record.object, record.instance), best),
+        (Structure::Grid(grid), _) => kernels.grid::<ANY>(grid, local, (record.object, record.instance), best),
         (Structure::Field(field), false) => {
             traverse_field::intersect(field, local, record.object, record.instance, best)
         }

@@ -11,7 +11,7 @@
 use super::shells::Shells;
 use super::stack::{STACK, Stack, pop, push};
 use super::traverse_scene::{SceneRay, transform};
-use super::{Hit, PreparedRay, SLAB_PAD, Scope, traverse_bsp, traverse_field, traverse_grid, traverse_lazy};
+use super::{Hit, PreparedRay, SLAB_PAD, Scope, traverse_field, traverse_lazy};
 use crate::accel::{ChildRef, InstanceRecord, Node8, Space, Structure, TopLevelBvh};
 use crate::simd::{Isa, Vector};
 use std::mem::MaybeUninit;
@@ -163,13 +163,13 @@ unsafe fn visit<I: Shells, const ANY: bool>(
             };
             match accel.structure() {
                 Structure::Bvh(bvh) => (local, bvh),
-                Structure::Bsp(bsp) if ANY => return traverse_bsp::occluded(bsp, local),
                 Structure::Bsp(bsp) => {
-                    return traverse_bsp::intersect(bsp, local, record.object, record.instance, best);
+                    // SAFETY: the caller's promise.
+                    return unsafe { I::bsp::<ANY>(bsp, local, (record.object, record.instance), best) };
                 }
-                Structure::Grid(grid) if ANY => return traverse_grid::occluded(grid, local),
                 Structure::Grid(grid) => {
-                    return traverse_grid::intersect(grid, local, record.object, record.instance, best);
+                    // SAFETY: the caller's promise.
+                    return unsafe { I::grid::<ANY>(grid, local, (record.object, record.instance), best) };
                 }
                 Structure::Field(field) if ANY => return traverse_field::occluded(field, local),
                 Structure::Field(field) => {

@@ -25,10 +25,11 @@ static const RTshaderClass class_with_many_params =
 
 static const struct {
     const char *name;
+    const char *text;
     enum Place place;
     void (*call)(void);
 } good[] = {
-#define X(name, place, call) {#name, place, good_##name},
+#define X(name, place, call) {#name, #call, place, good_##name},
 #include "calls.inc"
 #undef X
 };
@@ -87,8 +88,22 @@ static void complain(const char *what, const char *call, RTenum got, RTenum expe
     failures++;
 }
 
+/* The text of the error that rtGetError() has returned begins with a function of the call. */
+static void text_names(const char *call, RTenum error)
+{
+    const char *text = rtGetErrorString(error);
+    const char *end = strchr(text, ':');
+    char name[64] = "";
+    if (end && end - text < (int)sizeof name)
+        memcpy(name, text, (size_t)(end - text));
+    if (error != RT_NO_ERROR && (strncmp(name, "rt", 2) != 0 || !strstr(call, name))) {
+        fprintf(stderr, "the text of an error of %s is \"%s\"\n", call, text);
+        failures++;
+    }
+}
+
 /* Makes a call that must fail, from outside rtBegin and rtEnd. */
-static void must_fail(const char *what, const char *name, void (*call)(void), RTenum expected)
+static void must_fail(const char *what, const char *source, const char *name, void (*call)(void), RTenum expected)
 {
     static char before[sizeof state_text];
     const unsigned environment_before = mxcsr();
@@ -101,6 +116,7 @@ static void must_fail(const char *what, const char *name, void (*call)(void), RT
     got = rtGetError();
     if (got != expected || told != expected)
         complain(what, name, got, expected);
+    text_names(source, got);
     if (result != 0 && result != 0x5A5A)
         complain("result of a failed call", name, result, 0);
     if (strcmp(before, snapshot()) != 0) {
@@ -110,7 +126,8 @@ static void must_fail(const char *what, const char *name, void (*call)(void), RT
 }
 
 /* The same between rtBegin and rtEnd, where nothing can be asked. */
-static void must_fail_inside(const char *what, const char *name, void (*call)(void), RTenum expected)
+static void must_fail_inside(const char *what, const char *source, const char *name, void (*call)(void),
+                             RTenum expected)
 {
     static char before[sizeof state_text];
     RTenum got;
@@ -123,6 +140,7 @@ static void must_fail_inside(const char *what, const char *name, void (*call)(vo
     got = rtGetError();
     if (got != expected || told != expected)
         complain(what, name, got, expected);
+    text_names(source, got);
     if (result != 0 && result != 0x5A5A)
         complain("result of a failed call", name, result, 0);
     if (strcmp(before, snapshot()) != 0)
@@ -139,6 +157,7 @@ static void without_context(const char *what)
         got = rtGetError();
         if (got != RT_INVALID_OPERATION || (result != 0 && result != 0x5A5A))
             complain(what, good[i].name, got, RT_INVALID_OPERATION);
+        text_names(good[i].text, got);
     }
     CHECK(rtGetCurrentContext() == 0);
 }
@@ -196,11 +215,11 @@ static void calls_in_the_wrong_place(void)
     size_t i;
     for (i = 0; i < sizeof good / sizeof good[0]; i++) {
         switch (good[i].place) {
-        case OUTSIDE: must_fail_inside("inside", good[i].name, good[i].call, RT_INVALID_OPERATION); break;
+        case OUTSIDE: must_fail_inside("inside", good[i].text, good[i].name, good[i].call, RT_INVALID_OPERATION); break;
         case SCENE:
-            must_fail_inside("inside", good[i].name, good[i].call, RT_INVALID_OPERATION);
+            must_fail_inside("inside", good[i].text, good[i].name, good[i].call, RT_INVALID_OPERATION);
             rtNewObject(object, RT_COMPILE);
-            must_fail("in an object", good[i].name, good[i].call, RT_INVALID_OPERATION);
+            must_fail("in an object", good[i].text, good[i].name, good[i].call, RT_INVALID_OPERATION);
             rtBindShader(surface);
             rtBegin(RT_TRIANGLES);
             rtNormal3f(0, 0, 1);
@@ -209,10 +228,10 @@ static void calls_in_the_wrong_place(void)
             rtEndObject();
             break;
         case OBJECT_ONLY:
-            must_fail_inside("inside", good[i].name, good[i].call, RT_INVALID_OPERATION);
-            must_fail("outside", good[i].name, good[i].call, RT_INVALID_OPERATION);
+            must_fail_inside("inside", good[i].text, good[i].name, good[i].call, RT_INVALID_OPERATION);
+            must_fail("outside", good[i].text, good[i].name, good[i].call, RT_INVALID_OPERATION);
             break;
-        case INSIDE_ONLY: must_fail("outside", good[i].name, good[i].call, RT_INVALID_OPERATION); break;
+        case INSIDE_ONLY: must_fail("outside", good[i].text, good[i].name, good[i].call, RT_INVALID_OPERATION); break;
         case EVERYWHERE: break;
         }
     }
@@ -223,26 +242,26 @@ static void wrong_calls(void)
     size_t i;
     for (i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         switch (bad[i].state) {
-        case outside: must_fail("wrong", bad[i].text, bad[i].call, bad[i].error); break;
-        case inside: must_fail_inside("wrong", bad[i].text, bad[i].call, bad[i].error); break;
+        case outside: must_fail("wrong", bad[i].text, bad[i].text, bad[i].call, bad[i].error); break;
+        case inside: must_fail_inside("wrong", bad[i].text, bad[i].text, bad[i].call, bad[i].error); break;
         case arrays_at_null:
             rtVertexPointer(3, RT_FLOAT, 0, NULL);
-            must_fail("wrong", bad[i].text, bad[i].call, bad[i].error);
+            must_fail("wrong", bad[i].text, bad[i].text, bad[i].call, bad[i].error);
             rtVertexPointer(3, RT_FLOAT, 0, floats);
             break;
         case no_texture:
             rtBindTexture(RT_TEXTURE_2D, 0);
-            must_fail("wrong", bad[i].text, bad[i].call, bad[i].error);
+            must_fail("wrong", bad[i].text, bad[i].text, bad[i].call, bad[i].error);
             rtBindTexture(RT_TEXTURE_2D, texture);
             break;
         case viewport_outside:
             rtViewport(1, 1, 4, 4);
-            must_fail("wrong", bad[i].text, bad[i].call, bad[i].error);
+            must_fail("wrong", bad[i].text, bad[i].text, bad[i].call, bad[i].error);
             rtViewport(0, 0, 4, 4);
             break;
         case rendering:
             rtStartRendering();
-            must_fail("wrong", bad[i].text, bad[i].call, bad[i].error);
+            must_fail("wrong", bad[i].text, bad[i].text, bad[i].call, bad[i].error);
             rtEndRendering();
             rtInstantiateObject(object);
             break;
@@ -260,11 +279,11 @@ static void stacks_and_stickiness(void)
     for (i = depth; i < deepest; i++)
         rtPushMatrix();
     CHECK(rtGetError() == RT_NO_ERROR);
-    must_fail("full stack", "rtPushMatrix", good_rtPushMatrix, RT_STACK_OVERFLOW);
+    must_fail("full stack", "rtPushMatrix", "rtPushMatrix", good_rtPushMatrix, RT_STACK_OVERFLOW);
     for (i = 1; i < deepest; i++)
         rtPopMatrix();
     CHECK(rtGetError() == RT_NO_ERROR);
-    must_fail("empty stack", "rtPopMatrix", good_rtPopMatrix, RT_STACK_UNDERFLOW);
+    must_fail("empty stack", "rtPopMatrix", "rtPopMatrix", good_rtPopMatrix, RT_STACK_UNDERFLOW);
 
     /* The first error stays until it is read, with its text. */
     rtBegin(99);

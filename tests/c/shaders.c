@@ -1,6 +1,9 @@
 /* Shader classes of C functions, registered and from a shader library: parameters of each kind and scope reach the block, and the rts functions answer. */
 #include "check.h"
 
+#include <sys/resource.h>
+#include <sys/time.h>
+
 enum { SIZE = 32 };
 
 typedef struct {
@@ -119,6 +122,38 @@ static RTshaderClass class_of(RTenum kind, const char *name)
     return c;
 }
 
+/* What a class says of its sizes is looked at before anything of that size is made. */
+static void refused_sizes(void)
+{
+    static RTshaderParam params[4096];
+    static char names[4096][8];
+    RTshaderClass c = class_of(RT_SURFACE_SHADER, "large");
+    struct rusage before, after;
+    unsigned i;
+    getrusage(RUSAGE_SELF, &before);
+    for (i = 0; i < 4096; i++) {
+        const RTshaderParam raw = {names[i], RT_RAW, RT_PER_SHADER, 0, 1 << 20, NULL};
+        snprintf(names[i], sizeof names[i], "p%u", i);
+        params[i] = raw;
+    }
+    c.shade = shade, c.params = params;
+    c.paramCount = 4096, c.blockSize = 1 << 20; /* all at one place */
+    CHECK(rtRegisterShaderClass(&c) == 0 && rtGetError() == RT_INVALID_VALUE);
+    CHECK(strstr(rtGetErrorString(RT_INVALID_VALUE), "parameter \"p1\""));
+    params[0].size = 0x7fffffff;
+    c.paramCount = 1, c.blockSize = 64;
+    CHECK(rtRegisterShaderClass(&c) == 0 && rtGetError() == RT_INVALID_VALUE);
+    params[0].size = 64;
+    c.blockSize = 0x7fffffff;
+    CHECK(rtRegisterShaderClass(&c) == 0 && rtGetError() == RT_INVALID_VALUE);
+    c.paramCount = 0x7fffffff, c.blockSize = 64;
+    CHECK(rtRegisterShaderClass(&c) == 0 && rtGetError() == RT_INVALID_VALUE);
+    getrusage(RUSAGE_SELF, &after);
+    CHECK(after.ru_maxrss - before.ru_maxrss < 16 << 10); /* KiB */
+    c.paramCount = 1;
+    CHECK(rtRegisterShaderClass(&c) != 0 && rtGetError() == RT_NO_ERROR);
+}
+
 int main(int argc, char **argv)
 {
     const RTfloat matrix[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 5, 0, 1};
@@ -189,10 +224,22 @@ int main(int argc, char **argv)
     CHECK(image[SIZE / 2][SIZE / 2][0] == 0.25f && image[SIZE / 2][SIZE / 2][1] == 0.25f);
     CHECK(image[SIZE / 2][0][0] == 9);
 
+    refused_sizes();
+
+    /* The class that was asked for before, built in or not. */
+    {
+        RTuint phong = rtGenNewShaderClass("phong", NULL), metal = rtGenNewShaderClass("metal", NULL);
+        RTint bound;
+        CHECK(phong != metal && rtGenNewShaderClass("phong", NULL) == phong);
+        rtGetIntegerv(RT_SHADER_CLASS_BINDING, &bound);
+        CHECK(bound == (RTint)phong);
+    }
+
     /* A shader library: found, refused for each thing that can be wrong with one. */
     snprintf(path, sizeof path, "%s/plugin.so", argv[1]);
     class_name = rtGenNewShaderClass("striped", path);
     CHECK(class_name != 0 && !strcmp(rtGetShaderClassName(class_name), "striped"));
+    CHECK(rtGenNewShaderClass("striped", path) == class_name);
     rtGenNewShader();
     rtBegin(RT_TRIANGLES);
     rtVertex3f(-4, -4, -2), rtVertex3f(4, -4, -2), rtVertex3f(0, 4, -2);

@@ -1,16 +1,19 @@
 //! Compiling and running C programs against the library that cargo has just built.
 #![allow(dead_code, reason = "each test program uses a part of it")]
 
+#[path = "library.rs"]
+mod library;
 #[path = "skip.rs"]
 mod skip;
 
-use skip::skipped;
+pub use library::library;
+pub use skip::skipped;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// What a static link with libopenrt.a needs of the system, as `cargo rustc --lib -- --print native-static-libs` says.
+/// What a static link with libopenrt.a needs of the system, as `cargo rustc -p openrt-c -- --print native-static-libs` says.
 pub const NATIVE_STATIC_LIBS: [&str; 7] = ["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl", "-lc"];
 
 /// Longest time that a program may take; one that hangs is a failed test, not a test run without end.
@@ -46,16 +49,6 @@ pub fn scratch(name: &str) -> Option<PathBuf> {
 pub fn compiler(source: &Path) -> Command {
     let cpp = source.extension().is_some_and(|e| e == "cpp");
     Command::new(if cpp { tool("CXX", "c++") } else { tool("CC", "cc") })
-}
-
-/// `libopenrt.so` or `libopenrt.a` of this build. Cargo leaves them beside the test programs, in `deps` (rust-lang/cargo#8311), and may
-/// move them one folder up.
-pub fn library(file: &str) -> PathBuf {
-    let program = std::env::current_exe().expect("a test knows its own path");
-    let deps = program.parent().expect("a program is in a folder");
-    let places = [deps.join(file), deps.with_file_name(file)];
-    let built = places.iter().filter(|p| p.exists()).max_by_key(|p| p.metadata().and_then(|m| m.modified()).ok());
-    built.unwrap_or_else(|| panic!("cargo has built no {file}: looked at {places:?}")).clone()
 }
 
 /// How a program is linked with the library.

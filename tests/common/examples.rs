@@ -1,5 +1,9 @@
 //! Compiles the programs of `c_examples` against the shared library that this test run built.
 
+#[path = "library.rs"]
+mod library;
+
+use library::library;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -36,10 +40,7 @@ impl Builder {
         if !works(cc.as_os_str()) {
             return Err(format!("no C compiler ({})", cc.display()));
         }
-        // Test programs lie in target/<profile>/deps, and the library of the same build beside them.
-        let test = std::env::current_exe().map_err(|e| e.to_string())?;
-        let library = test.with_file_name("libopenrt.so");
-        assert!(library.exists(), "cargo builds every crate type for tests: {}", library.display());
+        let library = library("libopenrt.so");
         let links = folder.join("lib");
         std::fs::create_dir_all(&links).map_err(|e| e.to_string())?;
         for name in ["librt.so", "libopenrt.so.0"] {

@@ -45,7 +45,7 @@ impl World {
 
     pub fn light(&mut self, class: &str, values: &[(&str, ParamValue)]) -> Name {
         let name = self.shader(class, values);
-        self.frame.lights.push(name);
+        self.frame.lights.push(LightUse::new(name, Affine3A::IDENTITY));
         name
     }
 

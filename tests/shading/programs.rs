@@ -1,7 +1,7 @@
 //! The user's programs.
 
 use crate::kit::*;
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Affine3A, Vec2, Vec3, Vec4};
 use openrt::render::Renderer;
 use openrt::scene::*;
 use openrt::simd::Level;
@@ -24,7 +24,14 @@ impl SurfaceShader for Reader {
 #[test]
 fn parameter_blocks_carry_shader_triangle_and_vertex_values() {
     let mut w = World::new(9);
-    let param = |name: &str, ty, scope, default, offset| ParamDef { name: name.into(), ty, scope, default, offset };
+    let param = |name: &str, ty, scope, default, offset| ParamDef {
+        name: name.into(),
+        ty,
+        scope,
+        default,
+        choices: &[],
+        offset,
+    };
     let params = vec![
         param("per_shader", ParamType::Float(1), ParamScope::Shader, float(0.25), 0),
         param("per_vertex", ParamType::Float(1), ParamScope::Vertex, float(9.0), 4),
@@ -144,11 +151,16 @@ fn a_users_camera_and_light_are_asked() {
     w.frame.clear_color = [0.1, 0.2, 0.3, 0.4];
     w.frame.camera = w.user_class(ShaderKind::Camera, Program::Camera(Arc::new(Corner)), 0, vec![]);
     let lamp = w.user_class(ShaderKind::Light, Program::Light(Arc::new(Lamp)), 0, vec![]);
-    w.frame.lights.push(lamp);
+    w.frame.lights.push(LightUse::new(lamp, Affine3A::IDENTITY));
     let white = w.shader("diffuse", &[("color", grey(1.0))]);
     w.add(quad(Vec3::X * 3.0, Vec3::Y * 9.0, Vec3::Z * 9.0, white));
     let picture = w.render();
     assert_near(picture[0], [0.1, 0.2, 0.3, 0.4], 1e-6);
     assert_near(picture[1], [0.0, 0.0, 0.0, 1.0], 1e-6);
     assert_near(picture[3], [0.25, 0.5, 1.0, 1.0], 1e-6);
+    // Under a matrix it is asked in its own space: upside down, it shines on the lower half. (The wall is seen from its left.)
+    w.frame.lights[0].world_from_light = Affine3A::from_rotation_x(std::f32::consts::PI);
+    let picture = w.render();
+    assert_near(picture[1], [0.25, 0.5, 1.0, 1.0], 1e-6);
+    assert_near(picture[3], [0.0, 0.0, 0.0, 1.0], 1e-6);
 }

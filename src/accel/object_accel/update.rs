@@ -5,8 +5,7 @@
 use super::state::Scratch;
 use super::worth::Worth;
 use super::{ObjectAccel, ObjectState, Outcome, Spent, Structure, Work, exclusive};
-use crate::accel::bsp::Bsp;
-use crate::accel::bsp_build::Quality;
+use crate::accel::bsp::{Bsp, Quality};
 use crate::accel::build_fast::{FastScratch, build_fast, rebuild_fast};
 use crate::accel::build_sah::{SahScratch, rebuild_sah};
 use crate::accel::build_spatial::build_spatial;

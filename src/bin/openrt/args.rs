@@ -1,6 +1,8 @@
 //! The command line: what can be said, and what the words mean.
 
+use crate::output::Kind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use glam::DVec3;
 use openrt::api::{MAX_FRAMELESS, Strategy};
 use std::path::PathBuf;
@@ -22,15 +24,23 @@ pub enum Command {
     Render(RenderArgs),
     /// Renders the frames of an animation.
     Play(PlayArgs),
+    /// Prints a script that completes command lines: `openrt completions bash > …/bash-completion/completions/openrt`.
+    Completions { shell: Shell },
 }
 
 #[derive(Debug, Args)]
 pub struct SceneArgs {
-    /// Scene file: .aff, .nff, .obj, .ply, .gltf or .glb.
+    /// Scene file: .aff, .nff, .obj, .ply, .gltf or .glb; - reads it from the standard input.
     pub scene: PathBuf,
+    /// Format of a scene on the standard input, where it does not tell by its first lines.
+    #[arg(long, value_enum)]
+    pub format: Option<Format>,
     /// Level of detail of AFF scenes: included files of a higher level are left out.
     #[arg(long, default_value_t = 0.0, value_name = "LEVEL")]
     pub detail: f64,
+    /// Which of the animations of a glTF file is played: its name, or its number counted from 0.
+    #[arg(long, value_name = "NAME|NUMBER")]
+    pub animation: Option<String>,
 }
 
 #[derive(Debug, Args)]
@@ -40,6 +50,32 @@ pub struct InfoArgs {
     /// Also lists the moving transforms, objects, materials and textures.
     #[arg(long, short)]
     pub long: bool,
+    /// Prints one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Formats of scenes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    #[value(alias = "aff")]
+    Nff,
+    Obj,
+    Ply,
+    Gltf,
+    Glb,
+}
+
+impl Format {
+    pub fn extension(self) -> &'static str {
+        match self {
+            Format::Nff => "nff",
+            Format::Obj => "obj",
+            Format::Ply => "ply",
+            Format::Gltf => "gltf",
+            Format::Glb => "glb",
+        }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -52,9 +88,13 @@ pub struct RenderArgs {
     /// Time on the scene's clock, in seconds.
     #[arg(long, value_parser = finite, allow_negative_numbers = true)]
     pub time: Option<f64>,
-    /// Picture file: .png, .jpg or .exr; by default the scene's name with .png, in the current folder.
+    /// Picture file: .png, .jpg, .exr, .hdr or .ppm; - writes to the standard output. By default the scene's name with .png, in
+    /// the current folder.
     #[arg(long, short)]
     pub out: Option<PathBuf>,
+    /// What the picture is, whatever its file is called.
+    #[arg(long, value_enum)]
+    pub kind: Option<Kind>,
     #[command(flatten)]
     pub options: Options,
 }
@@ -66,9 +106,13 @@ pub struct PlayArgs {
     /// Frames A to B − 1, every STEP-th; by default all that the scene has.
     #[arg(long, value_name = "A..B[:STEP]")]
     pub frames: Option<FrameRange>,
-    /// A folder (frame_0000.png …), a pattern such as out/f%04d.jpg (.png, .jpg, .exr), or an animation: .gif or .apng.
+    /// A folder (frame_0000.png …), a pattern such as out/f%04d.jpg (.png, .jpg, .exr, .hdr, .ppm), an animation (.gif or .apng), or
+    /// - for one picture after the other on the standard output.
     #[arg(long, short, default_value = "frames")]
     pub out: PathBuf,
+    /// What the pictures are, whatever their files are called.
+    #[arg(long, value_enum)]
+    pub kind: Option<Kind>,
     /// Speed of a GIF or APNG; by default the animation's own, within 4 to 50 frames per second.
     #[arg(long, value_name = "FRAMES_PER_SECOND", value_parser = positive)]
     pub fps: Option<f64>,
@@ -129,6 +173,9 @@ pub struct Options {
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
+    /// Print one JSON object when all is done, instead of text.
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -1,12 +1,16 @@
 //! `openrt info`: what is in a scene, counted with included files expanded.
 
 use crate::args::InfoArgs;
-use openrt::load::{Deform, Projection, SceneFile, TextureData};
+use crate::input;
+use openrt::load::{Camera, Counts, Deform, Projection, SceneFile, TextureData};
+use serde_json::{Value, json};
 use std::io::{self, Write};
 
 pub fn run(args: &InfoArgs, out: &mut impl Write) -> Result<(), String> {
-    let scene = crate::load(&args.scene)?;
-    match print(&scene, args.long, out) {
+    let scene = input::load(&args.scene)?;
+    let printed =
+        if args.json { writeln!(out, "{}", object(&scene, args.long)) } else { print(&scene, args.long, out) };
+    match printed {
         // `openrt info … | head` is no error.
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => result.map_err(|e| e.to_string()),
@@ -71,6 +75,7 @@ fn print(scene: &SceneFile, long: bool, out: &mut impl Write) -> io::Result<()> 
     if let Some(camera) = scene.cameras.first() {
         let kind = match camera.projection {
             Projection::Perspective { fov_y } => format!("{fov_y:.1}° vertically"),
+            Projection::Overview { fov } => format!("{fov:.1}° along the shorter side"),
             Projection::Orthographic { half_height } => format!("orthographic, {} high", half_height * 2.0),
         };
         let moves = camera.keys.is_some() || camera.node.is_some_and(|n| scene.moving_nodes()[n as usize]);
@@ -84,6 +89,59 @@ fn print(scene: &SceneFile, long: bool, out: &mut impl Write) -> io::Result<()> 
         details(scene, out)?;
     }
     Ok(())
+}
+
+/// What [`print`] says, as an object.
+fn object(scene: &SceneFile, long: bool) -> Value {
+    let Counts { files, meshes, polygons, spheres, cones, .. } = scene.counts;
+    let c = &scene.counts;
+    let mut object = json!({
+        "scene": scene.path.display().to_string(),
+        "format": scene.format,
+        "files": files,
+        "triangles": c.triangles(),
+        "meshes": meshes,
+        "polygons": polygons,
+        "animated_triangles": c.animated_triangles,
+        "spheres": spheres,
+        "cones": cones,
+        "lights": scene.lights.len(),
+        "materials": scene.materials.len(),
+        "textures": scene.textures.len(),
+        "static_transforms": c.static_transforms,
+        "named_transforms": scene.named_transforms.len(),
+        "keys": {
+            "translation": c.translation_keys,
+            "rotation": c.rotation_keys,
+            "scale": c.scale_keys,
+            "visibility": c.visibility_keys,
+        },
+        "objects": scene.objects.len(),
+        "animation": scene.animation.map(|a| json!({ "frames": a.frames, "start": a.start, "end": a.end })),
+        "camera": scene.cameras.first().map(camera),
+        "bounds": scene.bounds(scene.animation.map_or(0.0, |a| a.start)).map(|(low, high)| [low.to_array(), high.to_array()]),
+        "warnings": scene.warnings,
+        "notes": scene.notes,
+    });
+    if long {
+        let names = |names: Vec<&str>| json!(names);
+        object["object_names"] = names(scene.objects.iter().map(|o| &*o.name).collect());
+        object["transform_names"] = names(scene.named_transforms.iter().map(|n| &**n).collect());
+        object["material_names"] = names(scene.materials.iter().map(|m| &*m.name).collect());
+        object["texture_names"] = names(scene.textures.iter().map(|t| &*t.name).collect());
+        object["light_names"] = names(scene.lights.iter().map(|l| &*l.name).collect());
+    }
+    object
+}
+
+fn camera(camera: &Camera) -> Value {
+    let mut object = json!({ "name": camera.name, "resolution": camera.resolution });
+    match camera.projection {
+        Projection::Perspective { fov_y } => object["fov_y"] = json!(fov_y),
+        Projection::Overview { fov } => object["fov"] = json!(fov),
+        Projection::Orthographic { half_height } => object["half_height"] = json!(half_height),
+    }
+    object
 }
 
 fn details(scene: &SceneFile, out: &mut impl Write) -> io::Result<()> {

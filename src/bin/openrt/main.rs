@@ -1,18 +1,20 @@
 //! `openrt`: looks at, renders and plays scene files, through the public API of the library only.
 //!
-//! Files become a [`SceneFile`], which `player` gives to the library; `play` and `info` are the
+//! Files become a [`openrt::load::SceneFile`], which `player` gives to the library; `play` and `info` are the
 //! commands. Exit codes: 0 done, 1 the scene or the rendering failed, 2 the command line is wrong.
 #![forbid(unsafe_code)]
 
 mod args;
 mod info;
+mod input;
 mod output;
 mod play;
 mod player;
+mod progress;
+mod report;
 
-use args::{Cli, Command, SceneArgs};
-use clap::Parser;
-use openrt::load::{ReadOptions, SceneFile, read_with};
+use args::{Cli, Command};
+use clap::{CommandFactory, Parser};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -20,6 +22,10 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(&args, &mut std::io::stdout().lock()),
         Command::Render(args) => play::render(args),
         Command::Play(args) => play::play(args),
+        Command::Completions { shell } => {
+            clap_complete::generate(shell, &mut Cli::command(), "openrt", &mut std::io::stdout());
+            Ok(())
+        }
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -28,13 +34,4 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-/// Loads a scene and shows what was odd about it.
-fn load(args: &SceneArgs) -> Result<SceneFile, String> {
-    let scene = read_with(&args.scene, &ReadOptions { detail: args.detail }).map_err(|e| e.to_string())?;
-    for warning in &scene.warnings {
-        eprintln!("warning: {warning}");
-    }
-    Ok(scene)
 }

@@ -3,51 +3,80 @@
 //! While a frame renders, the placements of the next one are put together; its picture is written while that one renders.
 
 use crate::args::{FrameRange, Options, PlayArgs, RenderArgs, SceneArgs, Size};
-use crate::output::{Output, Picture};
+use crate::input;
+use crate::output::{Output, Picture, STANDARD};
 use crate::player::Player;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use openrt::api::FrameStats;
+use crate::progress::Progress;
+use crate::report::{Report, Voice, line};
 use openrt::load::{Animation, SceneFile};
-use std::io::IsTerminal;
-use std::path::PathBuf;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Size of pictures when neither the command line nor the scene says one.
 const DEFAULT_SIZE: Size = Size { width: 640, height: 480 };
 
 pub fn render(args: RenderArgs) -> Result<(), String> {
-    let scene = load(&args.scene, &args.options)?;
+    let out = args.out.unwrap_or_else(|| {
+        let stem = args.scene.scene.file_stem().filter(|s| *s != STANDARD);
+        PathBuf::from(stem.unwrap_or("picture".as_ref())).with_extension("png")
+    });
+    let voice = voice(&args.options, &out)?;
+    let (scene, about) = load(&args.scene, voice)?;
     let size = size_of(&scene, &args.options);
     let (frame, time) = match (args.frame, args.time) {
         (None, None) => (0, frame_time(&scene, 0)?),
         (Some(frame), _) => (frame, frame_time(&scene, frame)?),
         (None, Some(time)) => (0, time),
     };
-    let out = args.out.unwrap_or_else(|| {
-        PathBuf::from(args.scene.scene.file_stem().unwrap_or("picture".as_ref())).with_extension("png")
-    });
-    let output = Output::single(out, size)?;
-    let player = player(scene, &args.options, size)?;
-    run(player, output, &[(frame, time)], &args.options)
+    if let Some(text) = beyond(scene.animation, args.frame, args.time) {
+        voice.say(&text);
+    }
+    let output = Output::single(out, args.kind, size)?;
+    let job = Job { frames: vec![(frame, time)], size, voice, about };
+    job.run(scene, output, &args.options)
 }
 
 pub fn play(args: PlayArgs) -> Result<(), String> {
-    let scene = load(&args.scene, &args.options)?;
+    let voice = voice(&args.options, &args.out)?;
+    let (scene, about) = load(&args.scene, voice)?;
     let size = size_of(&scene, &args.options);
-    let range = frame_range(args.frames, scene.animation, args.options.quiet)?;
+    let range = frame_range(args.frames, scene.animation, voice)?;
     let frames: Result<Vec<_>, String> = range.frames().map(|f| Ok((f, frame_time(&scene, f)?))).collect();
     let frames = frames?;
     let delay = match args.fps {
         Some(fps) => Duration::from_secs_f64(1.0 / fps.max(1e-3)),
         None => natural_delay(scene.animation, range.step),
     };
-    let output = Output::animation(args.out, size, frames.len() as u32, delay)?;
-    let player = player(scene, &args.options, size)?;
-    run(player, output, &frames, &args.options)
+    let output = Output::animation(args.out, args.kind, size, frames.len() as u32, delay)?;
+    Job { frames, size, voice, about }.run(scene, output, &args.options)
+}
+
+/// How a run speaks whose pictures go to `out`.
+fn voice(options: &Options, out: &Path) -> Result<Voice, String> {
+    let aside = out == Path::new(STANDARD);
+    if aside && options.json {
+        return Err("--json and --out - both want the standard output".into());
+    }
+    Ok(Voice { quiet: options.quiet, json: options.json, aside })
+}
+
+/// What is to be said of a frame or a time that the animation does not have.
+fn beyond(animation: Option<Animation>, frame: Option<u32>, time: Option<f64>) -> Option<String> {
+    match (animation, frame, time) {
+        (None, Some(1..), _) | (None, _, Some(_)) => {
+            Some("the scene has no animation: it looks the same at any time".into())
+        }
+        (Some(Animation { start, end, .. }), _, Some(time)) if !(start..=end).contains(&time) => {
+            let which = if time < start { "first" } else { "last" };
+            Some(format!("the animation goes from {start} s to {end} s: shown is how its {which} keys go on"))
+        }
+        _ => None,
+    }
 }
 
 /// The frames wanted, as far as the animation has them.
-fn frame_range(wanted: Option<FrameRange>, animation: Option<Animation>, quiet: bool) -> Result<FrameRange, String> {
+fn frame_range(wanted: Option<FrameRange>, animation: Option<Animation>, voice: Voice) -> Result<FrameRange, String> {
     let count = animation.map_or(1, |a| a.frames);
     let Some(mut range) = wanted else { return Ok(FrameRange { start: 0, end: count, step: 1 }) };
     // A file without animation shows the same picture as often as it is asked for.
@@ -55,9 +84,7 @@ fn frame_range(wanted: Option<FrameRange>, animation: Option<Animation>, quiet: 
         if range.start >= count {
             return Err(format!("frame {} does not exist: the animation has frames 0 to {}", range.start, count - 1));
         }
-        if !quiet {
-            println!("the animation ends with frame {}", count - 1);
-        }
+        voice.say(&format!("the animation ends with frame {}", count - 1));
         range.end = count;
     }
     Ok(range)
@@ -69,14 +96,15 @@ fn natural_delay(animation: Option<Animation>, step: u32) -> Duration {
     Duration::from_secs_f64(seconds.clamp(0.02, 0.25))
 }
 
-fn load(args: &SceneArgs, options: &Options) -> Result<SceneFile, String> {
+/// The scene, and an object that tells of it.
+fn load(args: &SceneArgs, voice: Voice) -> Result<(SceneFile, Value), String> {
     let begin = Instant::now();
-    let scene = crate::load(args)?;
-    if !options.quiet {
-        let triangles: usize = scene.objects.iter().map(|o| o.mesh.triangles.len()).sum();
-        println!("{}: {triangles} triangles, read in {:.2} s", args.scene.display(), begin.elapsed().as_secs_f64());
-    }
-    Ok(scene)
+    let scene = input::load(args)?;
+    let seconds = begin.elapsed().as_secs_f64();
+    let triangles: usize = scene.objects.iter().map(|o| o.mesh.triangles.len()).sum();
+    voice.say(&format!("{}: {triangles} triangles, read in {seconds:.2} s", args.scene.display()));
+    let about = json!({ "scene": args.scene.display().to_string(), "triangles": triangles, "read_seconds": seconds });
+    Ok((scene, about))
 }
 
 fn size_of(scene: &SceneFile, options: &Options) -> Size {
@@ -96,113 +124,93 @@ fn frame_time(scene: &SceneFile, frame: u32) -> Result<f64, String> {
     }
 }
 
-fn player(scene: SceneFile, options: &Options, size: Size) -> Result<Player, String> {
-    let shown = scene.warnings.len();
-    let player = Player::new(scene, options, (size.width, size.height))?;
-    // Those of reading were shown before.
-    for warning in player.warnings().iter().skip(shown) {
-        eprintln!("warning: {warning}");
-    }
-    Ok(player)
+/// What is to be rendered.
+struct Job {
+    /// Numbers and times.
+    frames: Vec<(u32, f64)>,
+    size: Size,
+    voice: Voice,
+    /// Tells of the scene, for the object that is printed.
+    about: Value,
 }
 
-/// Sums over the frames of a run.
-#[derive(Default)]
-struct Totals {
-    frames: u32,
-    update: f64,
-    render: f64,
-    slowest: f64,
-    rays: u64,
-}
-
-fn rays(stats: &FrameStats) -> u64 {
-    stats.primary_rays + stats.shadow_rays + stats.secondary_rays
-}
-
-fn run(mut player: Player, mut output: Output, frames: &[(u32, f64)], options: &Options) -> Result<(), String> {
-    let begin = Instant::now();
-    let bar = progress_bar(frames.len() as u64, options);
-    let mut totals = Totals::default();
-    let Some(&(_, first)) = frames.first() else { return Ok(()) };
-    player.assemble(first)?;
-    player.start()?;
-    for (i, &(frame, time)) in frames.iter().enumerate() {
-        let next = frames.get(i + 1);
-        if let Some(&(_, time)) = next {
-            player.assemble(time)?;
+impl Job {
+    fn run(mut self, scene: SceneFile, mut output: Output, options: &Options) -> Result<(), String> {
+        let Some(&(_, first)) = self.frames.first() else { return Ok(()) };
+        let size = (self.size.width, self.size.height);
+        let progress = Progress::new(self.frames.len() as u64, size, options.quiet);
+        let mut player = self.player(scene, options)?;
+        player.deliver(progress.target(size))?;
+        let begin = Instant::now();
+        let mut report = Report::default();
+        player.assemble(first)?;
+        progress.begin_frame();
+        player.start()?;
+        for (i, &(frame, time)) in self.frames.iter().enumerate() {
+            let next = self.frames.get(i + 1);
+            if let Some(&(_, time)) = next {
+                player.assemble(time)?;
+            }
+            if let Some(interval) = progress.interval() {
+                while !player.wait(interval)? {
+                    progress.show(i as u64);
+                }
+            }
+            let stats = player.finish()?;
+            let picture = if output.wants_floats() {
+                Picture::Floats(player.read_floats()?)
+            } else {
+                Picture::Bytes(player.read_bytes()?)
+            };
+            if next.is_some() {
+                progress.begin_frame();
+                player.start()?;
+            }
+            output.write(frame, picture)?;
+            if self.voice.speaks() {
+                progress.aside(|| self.voice.say(&line(frame, time, &stats)));
+            }
+            report.add(frame, time, stats);
         }
-        let stats = player.finish()?;
-        let picture = if output.wants_floats() {
-            Picture::Floats(player.read_floats()?)
-        } else {
-            Picture::Bytes(player.read_bytes()?)
-        };
-        if next.is_some() {
-            player.start()?;
+        let written = output.describe();
+        output.finish()?;
+        progress.end();
+        let elapsed = begin.elapsed();
+        self.voice.say(&report.text(elapsed, &written));
+        if self.voice.json {
+            let warnings = player.warnings();
+            self.about["warnings"] = json!(warnings);
+            println!("{}", report.json(self.about, elapsed, &written));
         }
-        output.write(frame, picture)?;
-        totals.add(&stats);
-        bar.inc(1);
-        if !options.quiet {
-            bar.suspend(|| println!("{}", line(frame, time, &stats)));
+        Ok(())
+    }
+
+    fn player(&mut self, scene: SceneFile, options: &Options) -> Result<Player, String> {
+        let shown = scene.warnings.len();
+        let player = Player::new(scene, options, (self.size.width, self.size.height))?;
+        // Those of reading were shown before.
+        for warning in player.warnings().iter().skip(shown) {
+            eprintln!("warning: {warning}");
         }
+        self.about["width"] = json!(self.size.width);
+        self.about["height"] = json!(self.size.height);
+        Ok(player)
     }
-    let written = output.describe();
-    output.finish()?;
-    bar.finish_and_clear();
-    if !options.quiet {
-        totals.print(begin.elapsed(), &written);
-    }
-    Ok(())
 }
 
-/// Only for long work, and only where somebody can see it.
-fn progress_bar(frames: u64, options: &Options) -> ProgressBar {
-    let bar = ProgressBar::new(frames);
-    if options.quiet || frames < 2 || !std::io::stderr().is_terminal() {
-        bar.set_draw_target(ProgressDrawTarget::hidden());
-    }
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} frames, {elapsed} elapsed, {eta} to go")
-        .expect("the template is well formed");
-    bar.set_style(style);
-    bar.tick();
-    bar
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn line(frame: u32, time: f64, stats: &FrameStats) -> String {
-    let rate = rays(stats) as f64 / stats.render_seconds.max(1e-9) / 1e6;
-    let refined =
-        if stats.refined < 1.0 { format!("  {:3.0} % refined", stats.refined * 100.0) } else { String::new() };
-    format!(
-        "frame {frame:5}  time {time:8.3} s  update {:8.2} ms  render {:9.2} ms  {:10} rays  {rate:7.2} Mrays/s{refined}",
-        stats.update_seconds * 1e3,
-        stats.render_seconds * 1e3,
-        rays(stats),
-    )
-}
-
-impl Totals {
-    fn add(&mut self, stats: &FrameStats) {
-        self.frames += 1;
-        self.update += stats.update_seconds;
-        self.render += stats.render_seconds;
-        self.slowest = self.slowest.max(stats.total_seconds);
-        self.rays += rays(stats);
-    }
-
-    fn print(&self, elapsed: Duration, written: &str) {
-        let n = f64::from(self.frames.max(1));
-        println!(
-            "{} frames in {:.2} s: update {:.2} ms, render {:.2} ms per frame (slowest {:.2} ms), {} rays, {:.2} Mrays/s",
-            self.frames,
-            elapsed.as_secs_f64(),
-            self.update / n * 1e3,
-            self.render / n * 1e3,
-            self.slowest * 1e3,
-            self.rays,
-            self.rays as f64 / self.render.max(1e-9) / 1e6,
-        );
-        println!("written to {written}");
+    #[test]
+    fn what_lies_beyond_the_animation_is_told() {
+        let animation = Some(Animation { start: 1.0, end: 3.0, frames: 5 });
+        for time in [1.0, 2.0, 3.0] {
+            assert_eq!(beyond(animation, None, Some(time)), None);
+        }
+        assert!(beyond(animation, None, Some(0.5)).unwrap().contains("first"));
+        assert!(beyond(animation, None, Some(3.5)).unwrap().contains("last"));
+        assert_eq!(beyond(None, Some(0), None), None);
+        assert!(beyond(None, Some(1), None).is_some() && beyond(None, None, Some(0.0)).is_some());
     }
 }

@@ -6,9 +6,10 @@ use crate::args::{Interpolation, Options, Renderer, Switch};
 use glam::DVec3;
 use openrt::Context;
 use openrt::api::{
-    Capability, Config, Error, FrameParameter, FrameStats, ObjectParameter, PixelFormat, PixelKind, Upsampling,
+    Capability, Config, Error, FrameParameter, FrameStats, ObjectParameter, PixelFormat, PixelKind, Target, Upsampling,
 };
 use openrt::load::{Camera, LoadedScene, Parts, Pose, Projection, SceneFile, View};
+use std::time::Duration;
 
 pub struct Player {
     context: Context,
@@ -56,6 +57,19 @@ impl Player {
         self.scene.instantiate(&mut self.context, time, Parts { camera: false, ..Parts::ALL })?;
         let poses = self.scene.file().pose(time);
         self.camera.apply(&mut self.context, time, &poses, self.aspect)
+    }
+
+    /// Also delivers frames to `target`, for who watches them come.
+    pub fn deliver(&mut self, target: Option<Target>) -> Result<(), String> {
+        match target {
+            Some(target) => self.context.set_frame_buffer(Some(target)).map_err(|e| e.to_string()),
+            None => Ok(()),
+        }
+    }
+
+    /// Waits up to `timeout` for the frame that was started; whether it is done.
+    pub fn wait(&mut self, timeout: Duration) -> Result<bool, String> {
+        self.context.wait_frame(timeout).map_err(|e| e.to_string())
     }
 
     /// Starts rendering the frame that was assembled.
@@ -138,13 +152,7 @@ impl CameraChoice {
 
     fn apply(&self, context: &mut Context, time: f64, poses: &[Pose], aspect: f64) -> Result<(), Error> {
         let view = self.view(time, poses);
-        match self.camera.projection {
-            // Nothing is clipped: the planes only have to be valid.
-            Projection::Perspective { fov_y } => context.perspective(fov_y, aspect, 0.1, 1e3)?,
-            Projection::Orthographic { half_height: h } => {
-                context.ortho(-h * aspect, h * aspect, -h, h, 0.1, 1e3)?;
-            }
-        }
+        self.camera.projection.apply(context, aspect)?;
         context.look_at(view.from, view.from + view.forward.normalize_or_zero(), view.up)
     }
 }

@@ -10,8 +10,8 @@ mod surfaces;
 mod textures;
 
 use crate::api::{Context, Error, Motion, Name, State};
-use crate::load::{Background, Camera, Deform, LightKind, Pose, Projection, SceneFile};
-use glam::{DMat4, Vec3};
+use crate::load::{Background, Camera, Deform, LightKind, Pose, SceneFile};
+use glam::DMat4;
 use kept::with_state_kept;
 use objects::Placed;
 use surfaces::ShaderMaker;
@@ -125,8 +125,8 @@ impl LoadedScene {
         for light in &file.lights {
             self.lights.push(shaders.light(context, light.kind, light.color)?);
         }
-        // Without lights the library puts a lamp at the eye, which an ambient light would switch off.
-        if !file.lights.is_empty() && file.ambient != Vec3::ZERO {
+        // Without lights the library puts a lamp at the eye, which an ambient light would switch off. A black one says that there is none.
+        if !file.lights.is_empty() {
             let ambient = shaders.make(context, "ambient")?;
             self.ambient = Some(ambient);
             shaders.floats(context, "color", &file.ambient.to_array())?;
@@ -244,13 +244,7 @@ impl LoadedScene {
         let view = self.camera.view(time, poses);
         let aspect = aspect(context)?;
         context.use_camera(0)?;
-        match self.camera.projection {
-            // Nothing is clipped: the planes only have to be valid.
-            Projection::Perspective { fov_y } => context.perspective(fov_y, aspect, 0.1, 1e3)?,
-            Projection::Orthographic { half_height: h } => {
-                context.ortho(-h * aspect, h * aspect, -h, h, 0.1, 1e3)?;
-            }
-        }
+        self.camera.projection.apply(context, aspect)?;
         context.look_at(view.from, view.from + view.forward.normalize_or_zero(), view.up)
     }
 

@@ -183,15 +183,15 @@ impl SceneFile {
         let (low, high) = self.bounds(start).unwrap_or((Vec3::NEG_ONE, Vec3::ONE));
         let center = (low.as_dvec3() + high.as_dvec3()) * 0.5;
         let radius = ((high.as_dvec3() - low.as_dvec3()).length() * 0.5).max(1e-6);
-        let fov_y = 45.0_f64;
-        let distance = radius / (fov_y.to_radians() * 0.5).sin();
+        let fov = 45.0_f64;
+        let distance = radius / (fov.to_radians() * 0.5).sin();
         let towards = DVec3::new(0.5, 0.4, 1.0).normalize();
         Camera {
             name: "overview".into(),
             rest: View { from: center + towards * distance, forward: -towards, up: DVec3::Y },
             node: None,
             keys: None,
-            projection: Projection::Perspective { fov_y },
+            projection: Projection::Overview { fov },
             resolution: None,
         }
     }

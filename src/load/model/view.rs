@@ -1,6 +1,7 @@
 //! Cameras and lights, which may hang on a node or have key frames of their own.
 
 use super::{KeyedTransform, Pose};
+use crate::api::{Context, Error};
 use glam::{DAffine3, DVec3, Vec3};
 
 /// Eye point and orientation in world space.
@@ -16,8 +17,31 @@ pub struct View {
 pub enum Projection {
     /// Vertical field of view in degrees.
     Perspective { fov_y: f64 },
+    /// Field of view in degrees along the shorter side of the picture: what an overview shows is whole at any shape.
+    Overview { fov: f64 },
     /// Half the height of the picture in world units.
     Orthographic { half_height: f64 },
+}
+
+impl Projection {
+    /// Gives the camera of `context` this projection, for a picture that is `aspect` times as wide as high.
+    ///
+    /// # Errors
+    /// As [`Context::perspective`] and [`Context::ortho`].
+    pub fn apply(self, context: &mut Context, aspect: f64) -> Result<(), Error> {
+        // Nothing is clipped: the planes only have to be valid.
+        let (near, far) = (0.1, 1e3);
+        match self {
+            Projection::Perspective { fov_y } => context.perspective(fov_y, aspect, near, far),
+            Projection::Overview { fov } => context.perspective(overview_fov_y(fov, aspect), aspect, near, far),
+            Projection::Orthographic { half_height: h } => context.ortho(-h * aspect, h * aspect, -h, h, near, far),
+        }
+    }
+}
+
+/// Vertical field of view of a picture whose shorter side has `fov`, both in degrees.
+fn overview_fov_y(fov: f64, aspect: f64) -> f64 {
+    if aspect >= 1.0 { fov } else { 2.0 * ((fov.to_radians() * 0.5).tan() / aspect).atan().to_degrees() }
 }
 
 #[derive(Clone, Debug)]
@@ -103,5 +127,20 @@ impl Light {
         }
         let direction = world.transform_vector3(self.direction);
         Some((world.transform_point3(self.position).as_vec3(), direction.as_vec3()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_overview_keeps_its_field_of_view_along_the_shorter_side() {
+        assert_eq!(overview_fov_y(45.0, 2.0), 45.0);
+        assert_eq!(overview_fov_y(45.0, 1.0), 45.0);
+        let fov_y = overview_fov_y(45.0, 0.25);
+        let half_width = (fov_y.to_radians() * 0.5).tan() * 0.25;
+        assert!((half_width - 22.5_f64.to_radians().tan()).abs() < 1e-12);
+        assert!(overview_fov_y(45.0, 1e-5) < 180.0);
     }
 }

@@ -18,7 +18,8 @@ use glam::{Vec2, Vec3, Vec4Swizzles};
 
 pub struct MetallicRoughness {
     color: Vec3,
-    ambient: Vec3,
+    /// Ambient light that a white surface reflects, see [`Surface::reflect_ambient`](crate::shade::surface::Surface).
+    pub ambient: Vec3,
     metallic: f32,
     roughness: f32,
     /// Reflectance of the dielectric at normal incidence.
@@ -45,7 +46,7 @@ struct Mixture {
     roughness: f32,
     /// Colour of what passes through.
     transmission: Vec3,
-    /// Share of the ambient lights that is reflected.
+    /// Ambient light that is reflected.
     ambient: Vec3,
     /// Share of the surroundings that nothing near hides.
     open: f32,

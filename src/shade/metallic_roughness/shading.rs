@@ -57,7 +57,7 @@ impl<'a> Worker<'a> {
         let it = &m.bumped(it, &scene.textures);
         let mixture = m.mixture(it, &scene.textures);
         let bounce = Bounce { weight: bounce.weight * alpha, ..bounce };
-        let mut color = m.emitted(it, &scene.textures) + mixture.ambient * scene.ambient;
+        let mut color = m.emitted(it, &scene.textures) + mixture.ambient;
         let alpha_lit = if scene.headlight { (mixture.alpha() + HEADLIGHT).min(1.0) } else { mixture.alpha() };
         self.each_light(it, Effort::Full, |direction, radiance| {
             color += mixture.reflected(it, alpha_lit, direction, radiance);

@@ -3,8 +3,15 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-/// The options that `parse` reads from the command line, or, after its message, how to end.
-pub fn options<O>(parse: impl FnOnce(std::iter::Skip<std::env::Args>) -> Result<O, String>) -> Result<O, ExitCode> {
+/// The options that `parse` reads from the command line, or, after its message or the `usage` that was asked for, how to end.
+pub fn options<O>(
+    usage: &str,
+    parse: impl FnOnce(std::iter::Skip<std::env::Args>) -> Result<O, String>,
+) -> Result<O, ExitCode> {
+    if std::env::args().skip(1).any(|argument| argument == "--help" || argument == "-h") {
+        println!("{usage}");
+        return Err(ExitCode::SUCCESS);
+    }
     let options = parse(std::env::args().skip(1)).map_err(|text| {
         eprintln!("{text}");
         ExitCode::FAILURE

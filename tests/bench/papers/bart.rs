@@ -35,7 +35,7 @@ pub fn stage(threads: usize, size: [u32; 3], file: SceneFile) -> Result<Stage, E
             let camera = scene.camera();
             let view = camera.view(time, &scene.file().pose(time));
             let degrees = match camera.projection {
-                Projection::Perspective { fov_y } => fov_y,
+                Projection::Perspective { fov_y } | Projection::Overview { fov: fov_y } => fov_y,
                 Projection::Orthographic { .. } => 45.0,
             };
             Ok(Eye { from: view.from, at: view.from + view.forward.normalize_or_zero(), up: view.up, degrees })

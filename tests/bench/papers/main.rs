@@ -59,7 +59,7 @@ use options::Options;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let options = match start::options(Options::parse) {
+    let options = match start::options(options::USAGE, Options::parse) {
         Ok(options) => options,
         Err(code) => return code,
     };

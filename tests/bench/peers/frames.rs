@@ -12,10 +12,10 @@ use crate::options::Options;
 use crate::ours::Ours;
 use crate::rays::{self, Kind};
 use crate::scenes::{self, BenchScene};
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 use openrt::frame::Framebuffer;
 use openrt::render::{Renderer, builtin_classes};
-use openrt::scene::{Command, FrameDesc, Name, ParamValue, Scene, Viewport};
+use openrt::scene::{Command, FrameDesc, LightUse, Name, ParamValue, Scene, Viewport};
 use openrt::simd::Level;
 use openrt::threads::Pool;
 use std::sync::atomic::AtomicBool;
@@ -111,7 +111,7 @@ fn describe(scene: &mut Scene, bench: &BenchScene, class: &str, instances: &[ope
     let [width, height] = bench.sizes[0];
     FrameDesc {
         instances: instances.to_vec(),
-        lights: vec![light],
+        lights: vec![LightUse::new(light, Affine3A::IDENTITY)],
         camera,
         renderer,
         size: [width, height],

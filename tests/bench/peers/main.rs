@@ -8,8 +8,9 @@
 //! Embree (`libembree3`) is loaded at run time. Without it only our own figures are printed, and the bench says so.
 //! Build it without `CARGO_INCREMENTAL`: the many units of incremental builds prevent inlining (S2: 2.3 instead of 4.7 Mrays/s).
 //!
-//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`dynamic`], [`frames`], [`single`], [`builders`], [`splits`] and [`toplevel`].
+//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`dynamic`], [`frames`], [`single`], [`builders`], [`splits`], [`bsp`] and [`toplevel`].
 
+mod bsp;
 mod builders;
 mod dynamic;
 mod embree;
@@ -22,9 +23,14 @@ mod measure;
 #[allow(dead_code, reason = "shared with the tests")]
 #[path = "../../common/meshes.rs"]
 mod meshes;
+#[path = "../common/model_files.rs"]
+mod model_files;
 mod options;
 #[path = "../common/ours.rs"]
 mod ours;
+#[allow(dead_code, reason = "shared with the tests")]
+#[path = "../../common/places.rs"]
+mod places;
 #[allow(dead_code, reason = "shared with the tests")]
 #[path = "../../common/random.rs"]
 mod random;
@@ -44,7 +50,7 @@ use options::{Options, Suite};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let options = match start::options(Options::parse) {
+    let options = match start::options(options::USAGE, Options::parse) {
         Ok(options) => options,
         Err(code) => return code,
     };
@@ -65,6 +71,7 @@ fn main() -> ExitCode {
         Suite::Lazy => lazy::run(&options),
         Suite::Field => field::run(&options),
         Suite::Single => single::run(&options, embree.as_ref()),
+        Suite::Bsp => bsp::run(&options),
     };
     start::end(options.json.as_deref(), || json)
 }

@@ -14,6 +14,7 @@ usage: cargo bench --bench peers -- SUITE [options]
   splits           what spatial splits give and cost: S1, S4, a tree, beams, needles
   toplevel         time to place 161 … 100,000 instances
   field            the visibility field beside the BSP and the BVH, resting and moving
+  bsp              BSPs and grid beside the SAH tree: time per ray, memory, builds
   lazy             complete refits against updates by rays, and partial updates
 options:
   --quick          fewer rounds, frames and picture sizes: within two or three minutes
@@ -22,6 +23,7 @@ options:
   --scene S1,S6    only these; `toplevel` has S2, S3, 10K and 100K
   --kind primary,shadow,bounce
   --strategy A,B   of `dynamic`: only these beside auto, and no peers
+  --models PATH    of `bsp`: also this OBJ or PLY file, or those of this folder; may be given several times
   --all            every mode of both engines, not only the best";
 
 /// What is measured.
@@ -36,6 +38,7 @@ pub enum Suite {
     Lazy,
     Field,
     Single,
+    Bsp,
 }
 
 #[derive(Clone, Debug)]
@@ -45,6 +48,8 @@ pub struct Options {
     pub all: bool,
     pub threads: usize,
     pub json: Option<PathBuf>,
+    /// Model files, and folders with some.
+    pub models: Vec<PathBuf>,
     /// Empty: all.
     scenes: Vec<String>,
     kinds: Vec<Kind>,
@@ -63,6 +68,7 @@ impl Options {
             all: false,
             threads: 1,
             json: None,
+            models: Vec::new(),
             scenes: Vec::new(),
             kinds: Kind::ALL.to_vec(),
             strategies: Vec::new(),
@@ -82,6 +88,7 @@ impl Options {
                 "lazy" => suite = Some(Suite::Lazy),
                 "field" => suite = Some(Suite::Field),
                 "single" => suite = Some(Suite::Single),
+                "bsp" => suite = Some(Suite::Bsp),
                 "--quick" => options.quick = true,
                 "--all" => options.all = true,
                 "--threads" => {
@@ -89,6 +96,7 @@ impl Options {
                     let number = text.parse().ok().filter(|n| (1..=1024).contains(n));
                     options.threads = number.ok_or_else(|| format!("--threads {text}: 1 to 1024"))?;
                 }
+                "--models" => options.models.push(value()?.into()),
                 "--json" => options.json = Some(value()?.into()),
                 "--scene" => options.scenes = value()?.split(',').map(|s| s.trim().to_uppercase()).collect(),
                 "--kind" => {

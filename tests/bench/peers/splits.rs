@@ -6,6 +6,7 @@
 use crate::measure::{Column, Cost, Lane, race};
 use crate::options::Options;
 use crate::ours::{ClosestWorker, MODES};
+use crate::places::add;
 use crate::random::Random;
 use crate::rays::{self, View};
 use crate::{meshes, scenes};
@@ -59,7 +60,7 @@ const ALL: [(&str, Make); 5] = [
 ];
 
 /// One part of a scene of the bench.
-fn part(scene: &str, number: usize) -> Mesh {
+pub fn part(scene: &str, number: usize) -> Mesh {
     let (_, make) = scenes::ALL.into_iter().find(|(name, _)| *name == scene).expect("there is such a scene");
     let bench = make();
     let part = &bench.parts[number.min(bench.parts.len() - 1)];
@@ -67,28 +68,24 @@ fn part(scene: &str, number: usize) -> Mesh {
 }
 
 /// 3,000 beams of two triangles per side, and 600 spheres.
-fn frame(random: &mut Random) -> Mesh {
+pub fn frame(random: &mut Random) -> Mesh {
     let mut all = Mesh::default();
-    let mut add = |mesh: Mesh, place: Affine3A| {
-        let first = all.positions.len() as u32;
-        all.positions.extend(mesh.positions.iter().map(|p| place.transform_point3(*p)));
-        all.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + first)));
-    };
     for _ in 0..3000 {
         let along = random.vec().normalize_or(Vec3::X);
         let turn = glam::Quat::from_rotation_arc(Vec3::X, along);
         let size = Vec3::new(0.1 + random.unit(), 0.005, 0.01);
-        add(meshes::cube(), Affine3A::from_scale_rotation_translation(size, turn, random.vec() * 3.0));
+        let place = Affine3A::from_scale_rotation_translation(size, turn, random.vec() * 3.0);
+        add(&mut all, &meshes::cube(), place);
     }
     for _ in 0..600 {
         let place = Affine3A::from_translation(random.vec() * 3.0) * Affine3A::from_scale(Vec3::splat(0.05));
-        add(meshes::icosphere(2), place);
+        add(&mut all, &meshes::icosphere(2), place);
     }
     all
 }
 
 /// 50,000 long thin triangles.
-fn needles(random: &mut Random) -> Mesh {
+pub fn needles(random: &mut Random) -> Mesh {
     meshes::mesh((0..50_000).map(|_| {
         let at = random.vec();
         [at, at + random.vec() * 0.3, at + random.vec() * 0.004]
