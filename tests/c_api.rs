@@ -110,6 +110,8 @@ fn needs_no_context(name: &str) -> bool {
         "rtInit",
         "rtExit",
         "rtCreateContext",
+        "rtCreateContextThreads",
+        "rtThreads",
         "rtDestroyContext",
         "rtMakeCurrent",
         "rtGetCurrentContext",

@@ -368,3 +368,32 @@ fn many_instances_are_placed_at_once_or_not_at_all() {
     cx.instantiate_object(2).unwrap();
     assert_eq!(row(&mut cx, [0.0, 297.0, 298.5]), [Some((1, 0)), Some((1, 0)), None]);
 }
+
+#[test]
+fn parameters_set_before_the_definition_count() {
+    let mut cx = context();
+    let name = cx.gen_objects(1).unwrap();
+    cx.object_parameter(name, ObjectParameter::Motion(Motion::Static)).unwrap();
+    cx.object_parameter(name, ObjectParameter::Strategy(Strategy::Bsp)).unwrap();
+    let is = |cx: &Context, name, motion, strategy| {
+        let info = cx.get_object_parameters(name).unwrap();
+        assert_eq!((info.motion, info.strategy), (motion, strategy), "object {name}");
+    };
+    cx.new_object(name, Mode::Compile, None).unwrap();
+    quad(&mut cx, 0.0);
+    cx.end_object().unwrap();
+    is(&cx, name, Motion::Static, Strategy::Bsp);
+    // What the definition says counts, and what is set within it, though the name is not in use before its end.
+    cx.new_object(name, Mode::Compile, Motion::Unstructured).unwrap();
+    cx.end_object().unwrap();
+    is(&cx, name, Motion::Unstructured, Strategy::Bsp);
+    cx.new_object(77, Mode::Compile, Motion::Affine).unwrap();
+    cx.object_parameter(77, ObjectParameter::Motion(Motion::Unstructured)).unwrap();
+    cx.object_parameter(77, ObjectParameter::Strategy(Strategy::Grid)).unwrap();
+    quad(&mut cx, 0.0);
+    cx.end_object().unwrap();
+    is(&cx, 77, Motion::Unstructured, Strategy::Grid);
+    cx.new_object(78, Mode::Compile, None).unwrap();
+    cx.end_object().unwrap();
+    is(&cx, 78, Motion::Affine, Strategy::Auto);
+}

@@ -12,7 +12,9 @@
 #include <openrt/rt.h>
 
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -192,8 +194,14 @@ public:
         check();
     }
 
-    /* Places the object with the current matrix in the frame being assembled. */
+    /* Places the object with the current matrix in the frame being assembled, or in the object being defined. */
     void instantiate() const { rtInstantiateObject(name_); }
+    /* Places it once for each matrix, which is multiplied on the current one. */
+    void instantiate(const std::vector<Matrix> &matrices) const
+    {
+        rtInstantiateObjects(name_, static_cast<RTsizei>(matrices.size()), matrices.empty() ? nullptr : matrices[0].data(), 0);
+        check();
+    }
 
     void updateVertices(const std::vector<Vec3> &vertices, RTsizei first = 0) const
     {
@@ -214,6 +222,19 @@ public:
     {
         rtObjectParameteri(name_, RT_SPATIAL_SPLITS, wanted ? RT_TRUE : RT_FALSE);
         check();
+    }
+    /* See rtObjectParameteri(). */
+    void set(RTenum parameter, RTint value) const
+    {
+        rtObjectParameteri(name_, parameter, value);
+        check();
+    }
+    RTint get(RTenum parameter) const
+    {
+        RTint value = 0;
+        rtGetObjectParameteriv(name_, parameter, &value);
+        check();
+        return value;
     }
     RTuint name() const noexcept { return name_; }
 
@@ -333,9 +354,158 @@ private:
     RTuint name_ = 0;
 };
 
+/* ---- shaders of C++ functions ----
+ *
+ * A lambda or another function object becomes a class and a shader of it. It is kept until the process ends, and called from several threads
+ * at once while frames are rendered. Exceptions that leave it are dropped, and the answer is black, or none. */
+
+/* What a surface may ask; valid during the call only. */
+class Shading {
+public:
+    explicit Shading(RTshadingContext *context) : context_(context) { rtsGetPoint(context, &point_); }
+    const RTsurfacePoint &point() const noexcept { return point_; }
+    RTuint lightCount() const { return rtsLightCount(context_); }
+    /* Light from one of the lights, before anything stands in its way. */
+    std::optional<RTlightSample> illuminate(RTuint light) const
+    {
+        RTlightSample sample{};
+        return rtsIlluminate(context_, light, &sample) ? std::optional<RTlightSample>(sample) : std::nullopt;
+    }
+    bool shadowed(const RTfloat *direction, RTfloat distance) const
+    {
+        return rtsShadowed(context_, direction, distance) != RT_FALSE;
+    }
+    bool shadowed(const RTlightSample &sample) const { return shadowed(sample.direction, sample.distance); }
+    /* Linear red, green and blue that arrive from a direction. */
+    Vec3 trace(const Vec3 &direction) const
+    {
+        Vec3 radiance{};
+        rtsTrace(context_, direction.data(), radiance.data());
+        return radiance;
+    }
+    /* The direction of a mirror. */
+    Vec3 reflect() const
+    {
+        Vec3 direction{};
+        rtsReflect(context_, direction.data());
+        return direction;
+    }
+    Vec4 texture(const Texture &texture, RTfloat s, RTfloat t) const
+    {
+        Vec4 rgba{};
+        rtsTexture(context_, texture.name(), s, t, rgba.data());
+        return rgba;
+    }
+
+private:
+    RTshadingContext *context_;
+    RTsurfacePoint point_{};
+};
+
+namespace detail {
+
+/* Calls a function object, and nothing that it throws gets further. */
+template <class Call> void guarded(Call &&call) noexcept
+{
+#ifndef OPENRT_NO_EXCEPTIONS
+    try {
+        std::forward<Call>(call)();
+    } catch (...) {
+    }
+#else
+    std::forward<Call>(call)();
+#endif
+}
+
+template <class F> Shader shaderOf(RTenum kind, const char *name, F &&function, RTshaderClass described)
+{
+    described.version = RT_SHADER_CLASS_VERSION;
+    described.kind = kind;
+    described.name = name;
+    /* For ever: a frame may call it as long as there is one. */
+    described.userData = new std::decay_t<F>(std::forward<F>(function));
+    const RTuint shaderClass = rtRegisterShaderClass(&described);
+    check();
+    return Shader(shaderClass);
+}
+
+} /* namespace detail */
+
+/* A surface: function(const rt::Shading &) gives linear red, green, blue and opacity as rt::Vec4. */
+template <class F> Shader surfaceShader(const char *name, F &&function)
+{
+    RTshaderClass described{};
+    described.shade = [](RTshadingContext *context, const void *, void *userData, RTfloat *result) {
+        Vec4 color{0, 0, 0, 1};
+        detail::guarded([&] { color = (*static_cast<std::decay_t<F> *>(userData))(Shading(context)); });
+        for (std::size_t i = 0; i < 4; i++)
+            result[i] = color[i];
+    };
+    return detail::shaderOf(RT_SURFACE_SHADER, name, std::forward<F>(function), described);
+}
+
+/* A light: function(const rt::Vec3 &position) gives std::optional<RTlightSample>. */
+template <class F> Shader lightShader(const char *name, F &&function)
+{
+    RTshaderClass described{};
+    described.illuminate = [](const void *, void *userData, const RTfloat *position, RTlightSample *sample) -> RTboolean {
+        std::optional<RTlightSample> light;
+        detail::guarded([&] {
+            light = (*static_cast<std::decay_t<F> *>(userData))(Vec3{position[0], position[1], position[2]});
+        });
+        if (light)
+            *sample = *light;
+        return light ? RT_TRUE : RT_FALSE;
+    };
+    return detail::shaderOf(RT_LIGHT_SHADER, name, std::forward<F>(function), described);
+}
+
+/* A camera: function(RTfloat x, RTfloat y, RTfloat aspect) gives std::optional<RTray>. */
+template <class F> Shader cameraShader(const char *name, F &&function)
+{
+    RTshaderClass described{};
+    described.primaryRay = [](const void *, void *userData, RTfloat x, RTfloat y, RTfloat aspect, RTray *ray) -> RTboolean {
+        std::optional<RTray> primary;
+        detail::guarded([&] { primary = (*static_cast<std::decay_t<F> *>(userData))(x, y, aspect); });
+        if (primary)
+            *ray = *primary;
+        return primary ? RT_TRUE : RT_FALSE;
+    };
+    return detail::shaderOf(RT_CAMERA_SHADER, name, std::forward<F>(function), described);
+}
+
+/* An environment: function(const rt::Vec3 &direction) gives linear red, green and blue as rt::Vec3. */
+template <class F> Shader environmentShader(const char *name, F &&function)
+{
+    RTshaderClass described{};
+    described.radiance = [](const void *, void *userData, const RTfloat *direction, RTfloat *radiance) {
+        Vec3 color{};
+        detail::guarded([&] {
+            color = (*static_cast<std::decay_t<F> *>(userData))(Vec3{direction[0], direction[1], direction[2]});
+        });
+        for (std::size_t i = 0; i < 3; i++)
+            radiance[i] = color[i];
+    };
+    return detail::shaderOf(RT_ENVIRONMENT_SHADER, name, std::forward<F>(function), described);
+}
+
 /* ---- frames ---- */
 
 inline void useLight(const Shader &light) { rtUseLight(light.name()); }
+inline void useCamera(const Shader &camera) { rtUseCamera(camera.name()); }
+inline void useEnvironment(const Shader &environment) { rtUseEnvironmentShader(environment.name()); }
+inline void useRenderingObject(const Shader &renderer) { rtUseRenderingObject(renderer.name()); }
+inline void ambientLight(const Vec3 &color) { rtAmbientLight(color[0], color[1], color[2]); }
+inline void clearColor(const Vec4 &color) { rtClearColor(color[0], color[1], color[2], color[3]); }
+inline void perspective(RTdouble fovY, RTdouble aspect, RTdouble zNear = 0.1, RTdouble zFar = 1000.0)
+{
+    rtPerspective(fovY, aspect, zNear, zFar);
+}
+inline void ortho(RTdouble left, RTdouble right, RTdouble bottom, RTdouble top, RTdouble zNear = -1.0, RTdouble zFar = 1.0)
+{
+    rtOrtho(left, right, bottom, top, zNear, zFar);
+}
+inline void viewport(RTint x, RTint y, RTsizei width, RTsizei height) { rtViewport(x, y, width, height); }
 
 inline void lookAt(const std::array<RTdouble, 3> &eye, const std::array<RTdouble, 3> &center, const std::array<RTdouble, 3> &up)
 {
@@ -360,6 +530,32 @@ inline void render()
     check();
 }
 
+/* Starts a frame and returns; it wants endRendering(). */
+inline void startRendering()
+{
+    rtStartRendering();
+    check();
+}
+inline void endRendering()
+{
+    rtEndRendering();
+    check();
+}
+
+/* Brings all structures up to date without rendering; ray queries then see what was placed. */
+inline void commitScene()
+{
+    rtCommitScene();
+    check();
+}
+
+/* A new frame without rendering. */
+inline void clearInstances()
+{
+    rtClearInstances();
+    check();
+}
+
 inline void writeImage(const std::string &file)
 {
     rtWriteImage(file.c_str());
@@ -373,6 +569,54 @@ inline RThit pick(RTfloat x, RTfloat y)
     rtPick(x, y, &hit);
     check();
     return hit;
+}
+
+/* ---- rays ---- */
+
+inline RTray ray(const Vec3 &origin, const Vec3 &direction, RTfloat tmin = 0, RTfloat tmax = INFINITY)
+{
+    RTray r{};
+    for (std::size_t i = 0; i < 3; i++) {
+        r.origin[i] = origin[i];
+        r.direction[i] = direction[i];
+    }
+    r.tmin = tmin;
+    r.tmax = tmax;
+    return r;
+}
+
+/* What a ray meets first in the scene last committed or rendered; none if nothing is in its way. */
+inline std::optional<RThit> intersect(const RTray &one)
+{
+    RThit hit{};
+    rtIntersectRays(1, &one, &hit, 0);
+    check();
+    return hit.t < 0 ? std::nullopt : std::optional<RThit>(hit);
+}
+
+/* The same for many; t is negative where nothing is. flags is 0 or RT_COHERENT. */
+inline std::vector<RThit> intersect(const std::vector<RTray> &rays, RTbitfield flags = 0)
+{
+    std::vector<RThit> hits(rays.size());
+    rtIntersectRays(static_cast<RTsizei>(rays.size()), rays.data(), hits.data(), flags);
+    check();
+    return hits;
+}
+
+/* Whether anything is in the way of a ray. */
+inline bool occluded(const RTray &one)
+{
+    RTubyte answer = RT_FALSE;
+    rtOccludedRays(1, &one, &answer, 0);
+    check();
+    return answer != RT_FALSE;
+}
+inline std::vector<RTubyte> occluded(const std::vector<RTray> &rays, RTbitfield flags = 0)
+{
+    std::vector<RTubyte> answers(rays.size());
+    rtOccludedRays(static_cast<RTsizei>(rays.size()), rays.data(), answers.data(), flags);
+    check();
+    return answers;
 }
 
 inline RTframeStats frameStats()

@@ -36,6 +36,9 @@ impl Config {
     }
 }
 
+/// Most worker threads of a context.
+pub const MAX_THREADS: u32 = crate::backend::MAX_THREADS as u32;
+
 /// Told every latched error, the first and those after it.
 pub type ErrorCallback = Box<dyn FnMut(ErrorCode, &str) + Send>;
 

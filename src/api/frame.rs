@@ -284,11 +284,11 @@ impl Context {
     /// `InvalidOperation` when nothing was rendered yet or image files were left out of the build, `Io` with the cause, `OutOfMemory`.
     pub fn write_image(&mut self, path: impl AsRef<Path>) -> Result<()> {
         self.outside_object()?;
-        let srgb = self.settings.srgb;
+        let (srgb, quality) = (self.settings.srgb, self.settings.jpeg_quality);
         if self.frame_size()?[0] == 0 {
             return Err(Error::invalid_operation("nothing was rendered yet"));
         }
-        let written = self.backend.write_image(path.as_ref(), srgb);
+        let written = self.backend.write_image(path.as_ref(), srgb, quality);
         Ok(self.trust(written)??)
     }
 

@@ -35,7 +35,7 @@ mod typed_mesh;
 pub use arrays::{Component, Indices, VertexArray, VertexArrays, decode_vectors};
 pub use assembler::Primitive;
 pub(crate) use class_check::{Layout, check_sizes};
-pub use context::{Config, Context, ErrorCallback};
+pub use context::{Config, Context, ErrorCallback, MAX_THREADS};
 pub use error::{Error, ErrorCode, Message, Result};
 pub use frame::{CancelHandle, FrameCallback, PixelKind};
 pub use frame_content::IMMEDIATE_OBJECT;

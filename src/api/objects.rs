@@ -61,7 +61,8 @@ pub struct ObjectInfo {
 pub(super) struct Definition {
     pub name: Name,
     pub mode: Mode,
-    pub motion: Motion,
+    /// None keeps what the object has.
+    pub motion: Option<Motion>,
     pub children: Vec<Instance>,
     /// What was drawn outside objects so far, put aside.
     pub outside: MeshBuilder,
@@ -81,13 +82,15 @@ impl Context {
     /// Begins the definition of object `name`, which need not have been generated; what it was before is replaced,
     /// for all its instances from the next frame on, when the definition ends.
     ///
+    /// What [`Context::object_parameter`] has set stays, before the first definition and after it; `motion` None keeps the motion, too.
+    ///
     /// Vertices get the matrix current at `vertex` baked in. The current normal starts unset, so an object that gives no normals
     /// is shaded flat; current colour, texture coordinate, shader and matrix stay what they are, and
     /// what the definition sets remains set after it. [`Context::instantiate_object`] makes other objects part of this one.
     ///
     /// # Errors
     /// `InvalidValue` for name 0 or one of the topmost 256, `InvalidOperation` inside another definition.
-    pub fn new_object(&mut self, name: Name, mode: Mode, motion: Motion) -> Result<()> {
+    pub fn new_object(&mut self, name: Name, mode: Mode, motion: impl Into<Option<Motion>>) -> Result<()> {
         self.outside_object()?;
         if name == 0 || name >= FIRST_RESERVED {
             return Err(Error::invalid_value(format_args!(
@@ -96,6 +99,7 @@ impl Context {
             )));
         }
         let outside = std::mem::take(&mut self.builder);
+        let motion = motion.into();
         self.definition = Some(Definition { name, mode, motion, children: Vec::new(), outside });
         self.current.normal = None;
         Ok(())
@@ -135,7 +139,8 @@ impl Context {
         self.object_names.claim(name);
         self.content.undelete(name);
         let info = self.objects.entry(name).or_default();
-        info.motion = motion;
+        info.motion = motion.unwrap_or(info.motion);
+        let motion = info.motion;
         info.vertex_count = mesh.positions.len() as u32;
         info.triangle_count = mesh.triangles.len() as u32;
         info.child_count = children.len() as u32;
@@ -220,6 +225,9 @@ impl Context {
             }
             ObjectParameter::Motion(motion) => {
                 info.motion = motion;
+                if let Some(definition) = self.definition.as_mut().filter(|definition| definition.name == name) {
+                    definition.motion = None;
+                }
                 self.backend.send(Command::SetMotion { name, motion });
             }
             ObjectParameter::LazyShape(shape) => {
@@ -357,7 +365,8 @@ impl Context {
     }
 
     pub(super) fn known_object(&self, name: Name) -> Result<()> {
-        if self.object_names.contains(name) {
+        // One that is being defined gets its name at the end.
+        if self.object_names.contains(name) || self.definition.as_ref().is_some_and(|d| d.name == name) {
             Ok(())
         } else {
             Err(Error::invalid_value(format_args!("there is no object {name}")))

@@ -49,6 +49,7 @@ pub(super) struct Settings {
     pub time_budget: Option<Duration>,
     pub progressive: bool,
     pub frame_callback: Option<FrameCallback>,
+    pub jpeg_quality: u8,
 }
 
 impl Default for Settings {
@@ -66,6 +67,7 @@ impl Default for Settings {
             time_budget: None,
             progressive: false,
             frame_callback: None,
+            jpeg_quality: 92,
         }
     }
 }
@@ -123,12 +125,14 @@ pub enum State {
     Frameless,
     /// In milliseconds; -1 without one. See [`super::FrameParameter::TimeBudget`].
     TimeBudget,
+    /// See [`Context::jpeg_quality`].
+    JpegQuality,
     Capability(Capability),
 }
 
 impl State {
     /// Everything that can be asked for.
-    pub const ALL: [State; 36] = [
+    pub const ALL: [State; 37] = [
         State::CurrentMatrix,
         State::MatrixDepth,
         State::MaxMatrixDepth,
@@ -161,6 +165,7 @@ impl State {
         State::Subsampling,
         State::Frameless,
         State::TimeBudget,
+        State::JpegQuality,
         State::Capability(Capability::FramebufferSrgb),
         State::Capability(Capability::OriginTopLeft),
         State::Capability(Capability::Accumulate),
@@ -272,6 +277,16 @@ impl Context {
         Ok(())
     }
 
+    /// How well JPEG files show the picture, from 1 (small files) to 100; 92 at first. See [`Context::write_image`].
+    ///
+    /// # Errors
+    /// `InvalidValue` unless 1 to 100.
+    pub fn jpeg_quality(&mut self, quality: i32) -> Result<()> {
+        self.outside_begin()?;
+        self.settings.jpeg_quality = in_range(quality, 1, 100)? as u8;
+        Ok(())
+    }
+
     /// The structure over the instances, in frames and commits that start from now on. None changes the picture.
     ///
     /// # Errors
@@ -330,6 +345,7 @@ impl Context {
             State::TimeBudget => {
                 StateValue::new(&[self.settings.time_budget.map_or(-1.0, |budget| budget.as_secs_f64() * 1e3)])
             }
+            State::JpegQuality => one(self.settings.jpeg_quality.into()),
             State::Capability(capability) => one(u32::from(self.is_enabled(capability)?)),
         })
     }

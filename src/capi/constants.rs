@@ -260,6 +260,12 @@ pub const RT_RGB8: RTenum = 0x8051;
 pub const RT_RGB32F: RTenum = 0x8815;
 /// Frame buffer format: four RTfloat: red, green, blue, opacity; linear, not clamped.
 pub const RT_RGBA32F: RTenum = 0x8814;
+/// Frame buffer format: 8 bits each of blue, green, red.
+pub const RT_BGR8: RTenum = 0x60C0;
+/// Frame buffer format: blue, green, red as linear floats.
+pub const RT_BGR32F: RTenum = 0x60C1;
+/// Frame buffer format: blue, green, red, alpha as linear floats.
+pub const RT_BGRA32F: RTenum = 0x60C2;
 
 /// String of rtGetString(): who made the library.
 pub const RT_VENDOR: RTenum = 0x1F00;
@@ -344,6 +350,8 @@ pub const RT_LIGHTS: RTenum = 0x60A6;
 pub const RT_INSTANCE_COUNT: RTenum = 0x60A7;
 /// State: the clear colour.
 pub const RT_COLOR_CLEAR_VALUE: RTenum = 0x0C22;
+/// See rtJpegQuality().
+pub const RT_JPEG_QUALITY: RTenum = 0x60B6;
 /// See rtAmbientLight(): 3 numbers.
 pub const RT_AMBIENT_LIGHT: RTenum = 0x0B53;
 /// State: the viewport.
@@ -439,3 +447,5 @@ pub const RT_SCENE_WARNING: RTenum = 0x610B;
 pub const RT_SCENE_OBJECT_NAME: RTenum = 0x610C;
 /// Text of a loaded scene: the format of the file.
 pub const RT_SCENE_FORMAT: RTenum = 0x610D;
+/// Object of triangles that are drawn outside objects, in hits and RT_OBJECT_ID.
+pub const RT_IMMEDIATE_OBJECT: RTuint = 0xFFFF_FFFF;

@@ -2,14 +2,15 @@
 
 use super::guard::{self, UserData, guard_session, guard_thread};
 use super::types::*;
+use crate::api::{Error, MAX_THREADS, Result};
 use std::ffi::{c_char, c_int, c_void};
 
 /// Starts the library: makes the initial context and makes it current on the calling thread. argc and argv are
 /// those of main(), or NULL. They are there for back-ends that take options from the command line, which then
 /// are removed from it; rendering in this process takes none.
 ///
-/// Variables of the environment: OPENRT_NUM_THREADS (number of worker threads; otherwise as many as the process
-/// may use), OPENRT_SIMD (scalar, sse, avx2 or avx512: lowers the instruction set that is used), OPENRT_ACCEL
+/// Variables of the environment: OPENRT_NUM_THREADS (number of worker threads, unless rtThreads() was called;
+/// otherwise as many as the process may use), OPENRT_SIMD (scalar, sse, avx2 or avx512: lowers the instruction set that is used), OPENRT_ACCEL
 /// (bsp, sah, fast_build, refit, rotate, grid, lazy or visibility_field: an update strategy for all objects), OPENRT_TOPLEVEL (bsp or bvh: the
 /// structure over the instances), OPENRT_MERGE (now or never: when RT_STATIC instances are merged; otherwise while
 /// frames are rendered). Other values are ignored.
@@ -22,7 +23,7 @@ use std::ffi::{c_char, c_int, c_void};
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtInit(argc: *mut c_int, argv: *mut *mut c_char) {
     let _ = (argc, argv);
-    guard_thread(guard::init)
+    guard_thread(|| guard::init())
 }
 
 /// Ends what rtInit() began: destroys the initial context with everything in it, as rtDestroyContext() does.
@@ -31,7 +32,7 @@ pub unsafe extern "C" fn rtInit(argc: *mut c_int, argv: *mut *mut c_char) {
 /// Errors: RT_INVALID_OPERATION without rtInit(), or when the initial context is current on another thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtExit() {
-    guard_thread(guard::exit)
+    guard_thread(|| guard::exit())
 }
 
 /// Makes a further context, with objects, shaders, textures and frames of its own, and returns its name; 0 on
@@ -40,7 +41,35 @@ pub extern "C" fn rtExit() {
 /// Errors: RT_IO_ERROR when the system refuses threads.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtCreateContext() -> RTuint {
-    guard_thread(guard::create)
+    guard_thread(|| guard::create(0))
+}
+
+/// As rtCreateContext(), with as many worker threads as threads says; 0 for as many as rtThreads() has said.
+///
+/// Errors: RT_INVALID_VALUE when threads is negative or above 1024, RT_IO_ERROR when the system refuses threads.
+#[unsafe(no_mangle)]
+pub extern "C" fn rtCreateContextThreads(threads: RTsizei) -> RTuint {
+    guard_thread(|| guard::create(thread_count(threads)?))
+}
+
+/// Sets how many worker threads each context has that rtInit() and rtCreateContext() make from now on, in this
+/// process; 0, as it is at first, lets OPENRT_NUM_THREADS and the system say. rtGetIntegerv(RT_THREADS, ...) tells
+/// how many the current context has.
+///
+/// Errors: RT_INVALID_VALUE when threads is negative or above 1024.
+#[unsafe(no_mangle)]
+pub extern "C" fn rtThreads(threads: RTsizei) {
+    guard_thread(|| {
+        guard::set_threads(thread_count(threads)?);
+        Ok(())
+    })
+}
+
+fn thread_count(threads: RTsizei) -> Result<u32> {
+    u32::try_from(threads)
+        .ok()
+        .filter(|&n| n <= MAX_THREADS)
+        .ok_or_else(|| Error::invalid_value(format_args!("threads is {threads}; it must be 0 to {MAX_THREADS}")))
 }
 
 /// Destroys a context with everything in it. A frame in flight is cancelled and waited for, so its frame buffer
@@ -76,7 +105,7 @@ pub extern "C" fn rtGetCurrentContext() -> RTuint {
 /// Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd(), returning RT_NO_ERROR.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtGetError() -> RTenum {
-    guard_thread(guard::take_error)
+    guard_thread(|| guard::take_error())
 }
 
 /// A text for people. If error is what rtGetError() returned last on this thread, the text says what exactly was

@@ -39,8 +39,11 @@ fn pixel_format(format: RTenum) -> Result<PixelFormat> {
         RT_RGBA8 => PixelFormat::Rgba8,
         RT_BGRA8 => PixelFormat::Bgra8,
         RT_RGB8 => PixelFormat::Rgb8,
+        RT_BGR8 => PixelFormat::Bgr8,
         RT_RGB32F => PixelFormat::Rgb32F,
         RT_RGBA32F => PixelFormat::Rgba32F,
+        RT_BGR32F => PixelFormat::Bgr32F,
+        RT_BGRA32F => PixelFormat::Bgra32F,
         _ => return Err(unknown("format", format, "a frame buffer format")),
     })
 }
@@ -75,7 +78,8 @@ fn set_frame_buffer(
 }
 
 /// Lets frames be stored in the application's memory: height rows of width pixels without gaps, the lowest row
-/// first unless RT_ORIGIN_TOP_LEFT is enabled. format is RT_RGBA8, RT_BGRA8, RT_RGB8, RT_RGB32F or RT_RGBA32F.
+/// first unless RT_ORIGIN_TOP_LEFT is enabled. format is RT_RGBA8, RT_BGRA8, RT_RGB8, RT_BGR8, RT_RGB32F,
+/// RT_RGBA32F, RT_BGR32F or RT_BGRA32F.
 /// Pixels of 8 bits hold linear values, or values on the sRGB curve when RT_FRAMEBUFFER_SRGB is enabled.
 ///
 /// The memory stays the application's. The library writes to it while a frame is rendered that was started with
@@ -271,8 +275,11 @@ fn pixel_kind(format: RTenum, kind: RTenum) -> Result<PixelKind> {
         (RT_RGBA, RT_UNSIGNED_BYTE) => PixelKind::Color(PixelFormat::Rgba8),
         (RT_BGRA, RT_UNSIGNED_BYTE) => PixelKind::Color(PixelFormat::Bgra8),
         (RT_RGB, RT_UNSIGNED_BYTE) => PixelKind::Color(PixelFormat::Rgb8),
+        (RT_BGR, RT_UNSIGNED_BYTE) => PixelKind::Color(PixelFormat::Bgr8),
         (RT_RGBA, RT_FLOAT) => PixelKind::Color(PixelFormat::Rgba32F),
         (RT_RGB, RT_FLOAT) => PixelKind::Color(PixelFormat::Rgb32F),
+        (RT_BGRA, RT_FLOAT) => PixelKind::Color(PixelFormat::Bgra32F),
+        (RT_BGR, RT_FLOAT) => PixelKind::Color(PixelFormat::Bgr32F),
         (RT_DEPTH_COMPONENT, RT_FLOAT) => PixelKind::Depth,
         (RT_NORMAL, RT_FLOAT) => PixelKind::Normal,
         (RT_OBJECT_ID, RT_UNSIGNED_INT) => PixelKind::ObjectId,
@@ -287,7 +294,7 @@ fn pixel_kind(format: RTenum, kind: RTenum) -> Result<PixelKind> {
 
 /// Stores a rectangle of the last frame at pixels, row by row without gaps; row 0 is the lowest, or the topmost
 /// when RT_ORIGIN_TOP_LEFT is enabled. (x, y) is the corner of the rectangle where row 0 begins to count.
-/// format and type are RT_RGBA, RT_RGB or RT_BGRA with RT_UNSIGNED_BYTE; RT_RGBA or RT_RGB with RT_FLOAT;
+/// format and type are RT_RGBA, RT_RGB, RT_BGRA or RT_BGR with RT_UNSIGNED_BYTE or RT_FLOAT;
 /// RT_DEPTH_COMPONENT or RT_NORMAL (three numbers) with RT_FLOAT; RT_OBJECT_ID or RT_INSTANCE_ID with
 /// RT_UNSIGNED_INT. Waits for a frame that is being rendered.
 ///
@@ -323,6 +330,15 @@ pub unsafe extern "C" fn rtReadPixels(
         };
         cx.read_pixels(x, y, width, height, kind, 0, out)
     })
+}
+
+/// Sets how well JPEG files that rtWriteImage() writes show the picture: 1 (small files) to 100; 92 at first.
+///
+/// Errors: RT_INVALID_VALUE when quality is below 1 or above 100, RT_INVALID_OPERATION between rtBegin() and
+/// rtEnd().
+#[unsafe(no_mangle)]
+pub extern "C" fn rtJpegQuality(quality: RTint) {
+    guard(|cx| cx.jpeg_quality(quality))
 }
 
 /// Writes the last frame to a file whose extension names the format: .png, .jpg, .ppm, .hdr or .exr. Waits for

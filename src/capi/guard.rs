@@ -12,13 +12,14 @@ use super::constants::*;
 use super::loaded_scenes::LoadedScenes;
 use super::texts;
 use super::types::{RTboolean, RTenum, RTerrorCallback, RTint, RTuint};
-use crate::api::{CancelHandle, Context, Error, ErrorCode, Result};
+use crate::api::{CancelHandle, Config, Context, Error, ErrorCode, Result};
 use std::any::{Any, type_name};
 use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::ffi::{CString, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// A context and what the C face keeps with it.
@@ -318,10 +319,19 @@ fn number_of(code: ErrorCode) -> RTenum {
     }
 }
 
-/// Makes a context, which is current nowhere yet.
-pub(super) fn create() -> Result<RTuint> {
+/// Worker threads of the contexts that are made from now on; 0 lets the environment say.
+static THREADS: AtomicU32 = AtomicU32::new(0);
+
+pub(super) fn set_threads(threads: u32) {
+    THREADS.store(threads, Ordering::Relaxed);
+}
+
+/// Makes a context, which is current nowhere yet, with so many threads; 0 for as many as [`set_threads`] said.
+pub(super) fn create(threads: u32) -> Result<RTuint> {
+    let threads = if threads == 0 { THREADS.load(Ordering::Relaxed) } else { threads };
+    let threads = (threads > 0).then_some(threads as usize);
     // Made before the table is locked: starting threads takes time.
-    let context = Context::new()?;
+    let context = Context::with_config(Config { threads, ..Config::default() })?;
     let cancel = context.cancel_handle();
     let mut table = table();
     let name = table.last_name.checked_add(1).ok_or_else(Error::out_of_memory)?;
@@ -418,7 +428,7 @@ pub(super) fn init() -> Result<()> {
     if current_name() != 0 {
         return Err(Error::invalid_operation("a context is current on this thread already"));
     }
-    let name = create()?;
+    let name = create(0)?;
     {
         let mut table = table();
         if table.initial != 0 {

@@ -9,18 +9,19 @@ use crate::api::{Context, Mask, Mode, Motion, ObjectParameter, Result, Strategy}
 
 const MOTION_FLAGS: RTbitfield = RT_STATIC | RT_AFFINE | RT_UNSTRUCTURED;
 
-fn mode_and_motion(mode: RTenum) -> Result<(Mode, Motion)> {
+fn mode_and_motion(mode: RTenum) -> Result<(Mode, Option<Motion>)> {
     let compile = match mode & !MOTION_FLAGS {
         RT_COMPILE => Mode::Compile,
         RT_COMPILE_AND_INSTANTIATE => Mode::CompileAndInstantiate,
         _ => return Err(unknown("mode", mode, "an object mode")),
     };
-    Ok((compile, motion(mode & MOTION_FLAGS)?))
+    let flag = mode & MOTION_FLAGS;
+    Ok((compile, if flag == 0 { None } else { Some(motion(flag)?) }))
 }
 
 fn motion(flag: RTbitfield) -> Result<Motion> {
     Ok(match flag {
-        0 | RT_AFFINE => Motion::Affine,
+        RT_AFFINE => Motion::Affine,
         RT_STATIC => Motion::Static,
         RT_UNSTRUCTURED => Motion::Unstructured,
         _ => return Err(unknown("motion", flag, "one motion flag")),
@@ -64,8 +65,8 @@ pub extern "C" fn rtGenObjects(n: RTsizei) -> RTuint {
 ///
 /// mode is RT_COMPILE (or RT_DEFINE), or RT_COMPILE_AND_INSTANTIATE (or RT_DEFINE_AND_INSTANTIATE) to also
 /// place the object once with the matrix that is current at rtEndObject(); OR-ed with at most one of RT_STATIC,
-/// RT_AFFINE (taken if none is given) and RT_UNSTRUCTURED, which say how the object will move. Wrong promises
-/// cost time, not correctness.
+/// RT_AFFINE and RT_UNSTRUCTURED, which say how the object will move. Without one it stays as it is: RT_AFFINE, or
+/// what rtObjectParameteri() has set, before the first definition, too. Wrong promises cost time, not correctness.
 ///
 /// The matrix current at each vertex is applied to it. Matrices, bound shaders and other state are neither
 /// saved nor restored by a definition.

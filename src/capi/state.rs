@@ -129,6 +129,7 @@ fn state(pname: RTenum) -> Result<State> {
         RT_SUBSAMPLING => State::Subsampling,
         RT_FRAMELESS => State::Frameless,
         RT_TIME_BUDGET => State::TimeBudget,
+        RT_JPEG_QUALITY => State::JpegQuality,
         other => match capability(other) {
             Ok(capability) => State::Capability(capability),
             Err(_) => return Err(unknown("pname", pname, "a state that can be asked for")),
@@ -210,7 +211,7 @@ fn get<T: Copy + Default>(
 /// RT_CURRENT_OBJECT_MODE, RT_SHADER_CLASS_BINDING, RT_SHADER_BINDING, RT_TEXTURE_BINDING_2D, RT_CAMERA,
 /// RT_ENVIRONMENT, RT_CURRENT_RENDERING_OBJECT, RT_LIGHT_COUNT, RT_INSTANCE_COUNT, RT_MAX_FRAME_SIZE,
 /// RT_MAX_TEXTURE_SIZE, RT_SAMPLES_PER_PIXEL, RT_MAX_SAMPLES, RT_RAY_DEPTH, RT_MAX_RAY_DEPTH, RT_THREADS,
-/// RT_RENDERING, RT_FRAME_NUMBER, RT_TOPLEVEL, the parameters of rtFrameParameteri(), the capabilities of rtEnable(), and the
+/// RT_RENDERING, RT_FRAME_NUMBER, RT_TOPLEVEL, RT_JPEG_QUALITY, the parameters of rtFrameParameteri(), the capabilities of rtEnable(), and the
 /// vertex arrays with their sizes, types and strides.
 ///
 /// Numbers that are not integers are rounded.

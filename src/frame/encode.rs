@@ -37,12 +37,18 @@ pub fn encode_pixels(format: PixelFormat, srgb: bool, colors: impl Iterator<Item
             PixelFormat::Rgba8 => pixel.copy_from_slice(&[curve(r), curve(g), curve(b), srgb::encode_linear8(a)]),
             PixelFormat::Bgra8 => pixel.copy_from_slice(&[curve(b), curve(g), curve(r), srgb::encode_linear8(a)]),
             PixelFormat::Rgb8 => pixel.copy_from_slice(&[curve(r), curve(g), curve(b)]),
-            PixelFormat::Rgb32F | PixelFormat::Rgba32F => {
-                for (bytes, channel) in pixel.chunks_exact_mut(4).zip(color) {
-                    bytes.copy_from_slice(&channel.to_ne_bytes());
-                }
-            }
+            PixelFormat::Bgr8 => pixel.copy_from_slice(&[curve(b), curve(g), curve(r)]),
+            PixelFormat::Rgb32F | PixelFormat::Rgba32F => store_floats(pixel, color),
+            PixelFormat::Bgr32F | PixelFormat::Bgra32F => store_floats(pixel, [b, g, r, a]),
         }
+    }
+}
+
+/// Stores as many of the channels as the pixel has.
+#[inline]
+fn store_floats(pixel: &mut [u8], channels: [f32; 4]) {
+    for (bytes, channel) in pixel.chunks_exact_mut(4).zip(channels) {
+        bytes.copy_from_slice(&channel.to_ne_bytes());
     }
 }
 
@@ -72,12 +78,15 @@ mod tests {
         assert_eq!(encode(PixelFormat::Rgba8, false, color), [255, 128, 0, 128]);
         assert_eq!(encode(PixelFormat::Bgra8, false, color), [0, 128, 255, 128]);
         assert_eq!(encode(PixelFormat::Rgb8, false, color), [255, 128, 0]);
+        assert_eq!(encode(PixelFormat::Bgr8, false, color), [0, 128, 255]);
         assert_eq!(encode(PixelFormat::Rgba8, true, color), [255, 188, 0, 128]);
         let floats = |bytes: Vec<u8>| -> Vec<f32> {
             bytes.chunks(4).map(|b| f32::from_ne_bytes(b.try_into().unwrap())).collect()
         };
         assert_eq!(floats(encode(PixelFormat::Rgb32F, true, [2.0, -1.0, 0.25, 0.5])), [2.0, -1.0, 0.25]);
         assert_eq!(floats(encode(PixelFormat::Rgba32F, true, [2.0, -1.0, 0.25, 0.5])), [2.0, -1.0, 0.25, 0.5]);
+        assert_eq!(floats(encode(PixelFormat::Bgr32F, true, [2.0, -1.0, 0.25, 0.5])), [0.25, -1.0, 2.0]);
+        assert_eq!(floats(encode(PixelFormat::Bgra32F, true, [2.0, -1.0, 0.25, 0.5])), [0.25, -1.0, 2.0, 0.5]);
     }
 
     #[test]

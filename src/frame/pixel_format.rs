@@ -8,17 +8,20 @@ pub enum PixelFormat {
     Rgba8,
     Bgra8,
     Rgb8,
+    Bgr8,
     Rgb32F,
     Rgba32F,
+    Bgr32F,
+    Bgra32F,
 }
 
 impl PixelFormat {
     pub fn bytes_per_pixel(self) -> usize {
         match self {
-            PixelFormat::Rgb8 => 3,
+            PixelFormat::Rgb8 | PixelFormat::Bgr8 => 3,
             PixelFormat::Rgba8 | PixelFormat::Bgra8 => 4,
-            PixelFormat::Rgb32F => 12,
-            PixelFormat::Rgba32F => 16,
+            PixelFormat::Rgb32F | PixelFormat::Bgr32F => 12,
+            PixelFormat::Rgba32F | PixelFormat::Bgra32F => 16,
         }
     }
 }

@@ -31,6 +31,6 @@ fn pictures_to_look_at() {
         let stats = renderer.render(&w.scene, &w.frame, None, &AtomicBool::new(false)).unwrap();
         println!("{class}: {stats:?}");
         let path = std::path::Path::new(&folder).join(format!("{class}.png"));
-        openrt::frame::write_image(&path, renderer.framebuffer(), true).unwrap();
+        openrt::frame::write_image(&path, renderer.framebuffer(), true, 92).unwrap();
     }
 }

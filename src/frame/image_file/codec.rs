@@ -14,17 +14,18 @@ const MAX_DECODER_BYTES: u64 = 1 << 32;
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum FileFormat {
     Png,
-    Jpeg,
+    /// With its quality.
+    Jpeg(u8),
     Exr,
     Hdr,
     Ppm,
 }
 
-fn format_of(path: &Path) -> Option<FileFormat> {
+fn format_of(path: &Path, quality: u8) -> Option<FileFormat> {
     let extension = path.extension()?.to_str()?.to_ascii_lowercase();
     Some(match extension.as_str() {
         "png" => FileFormat::Png,
-        "jpg" | "jpeg" => FileFormat::Jpeg,
+        "jpg" | "jpeg" => FileFormat::Jpeg(quality.clamp(1, 100)),
         "exr" => FileFormat::Exr,
         "hdr" => FileFormat::Hdr,
         "ppm" => FileFormat::Ppm,
@@ -33,8 +34,8 @@ fn format_of(path: &Path) -> Option<FileFormat> {
 }
 
 /// See [`super::write_image`].
-pub(super) fn write(path: &Path, picture: &Framebuffer, srgb: bool) -> Result<(), ImageFileError> {
-    let format = format_of(path).ok_or_else(|| ImageFileError::UnknownFormat { path: path.into() })?;
+pub(super) fn write(path: &Path, picture: &Framebuffer, srgb: bool, quality: u8) -> Result<(), ImageFileError> {
+    let format = format_of(path, quality).ok_or_else(|| ImageFileError::UnknownFormat { path: path.into() })?;
     let (width, height) = (picture.width(), picture.height());
     if width == 0 || height == 0 {
         return Err(ImageFileError::Empty { path: path.into() });
@@ -66,7 +67,9 @@ fn encode(format: FileFormat, file: &mut NewFile, bytes: &[u8], width: u32, heig
     let rgb = ExtendedColorType::Rgb8;
     match format {
         FileFormat::Png => PngEncoder::new(file).write_image(bytes, width, height, rgb),
-        FileFormat::Jpeg => JpegEncoder::new_with_quality(file, 92).write_image(bytes, width, height, rgb),
+        FileFormat::Jpeg(quality) => {
+            JpegEncoder::new_with_quality(file, quality).write_image(bytes, width, height, rgb)
+        }
         FileFormat::Ppm => PnmEncoder::new(file)
             .with_subtype(PnmSubtype::Pixmap(SampleEncoding::Binary))
             .write_image(bytes, width, height, rgb),

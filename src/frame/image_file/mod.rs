@@ -58,17 +58,17 @@ impl std::error::Error for ImageFileError {
     }
 }
 
-/// Writes the picture; the extension chooses the format. PNG, JPEG (quality 92) and PPM get 8-bit RGB, through the
+/// Writes the picture; the extension chooses the format. PNG, JPEG (of `quality` 1 to 100) and PPM get 8-bit RGB, through the
 /// sRGB curve when `srgb` is set; EXR gets linear RGBA floats and HDR linear RGB. A file that is there is replaced when the new
 /// one is complete, see [`super::NewFile`].
 ///
 /// Takes a few hundred kilobytes of stack.
-pub fn write_image(path: &Path, picture: &Framebuffer, srgb: bool) -> Result<(), ImageFileError> {
+pub fn write_image(path: &Path, picture: &Framebuffer, srgb: bool, quality: u8) -> Result<(), ImageFileError> {
     #[cfg(feature = "images")]
-    return codec::write(path, picture, srgb);
+    return codec::write(path, picture, srgb, quality);
     #[cfg(not(feature = "images"))]
     {
-        let _ = (picture, srgb);
+        let _ = (picture, srgb, quality);
         Err(ImageFileError::NotBuilt { path: path.into() })
     }
 }
@@ -124,7 +124,7 @@ mod tests {
         std::fs::create_dir_all(&dir).unwrap();
         for name in ["a.png", "a.PPM"] {
             let path = dir.join(name);
-            write_image(&path, &picture(), false).unwrap();
+            write_image(&path, &picture(), false, 92).unwrap();
             let image = read_image(&path, MAX).unwrap();
             assert_eq!((image.width, image.height), (20, 3));
             for (i, texel) in image.texels.iter().enumerate() {
@@ -133,25 +133,31 @@ mod tests {
         }
         for name in ["a.exr", "a.hdr", "a.jpeg"] {
             let path = dir.join(name);
-            write_image(&path, &picture(), true).unwrap();
+            write_image(&path, &picture(), true, 92).unwrap();
             let image = read_image(&path, MAX).unwrap();
             assert_eq!((image.width, image.height), (20, 3), "{name}");
             // Row 2 from the bottom has green 120/255 linear = 181 in sRGB. JPEG blurs colour, HDR quantises.
             assert!(image.texels[45][1].abs_diff(181) <= 12, "{name}: {:?}", image.texels[45]);
         }
+        let length = |quality| {
+            let path = dir.join("quality.jpg");
+            write_image(&path, &picture(), true, quality).unwrap();
+            std::fs::metadata(&path).unwrap().len()
+        };
+        assert!(length(10) < length(92) && length(92) < length(100));
         std::fs::remove_dir_all(&dir).unwrap();
     }
 
     #[test]
     fn errors_name_the_file_and_the_cause() {
-        let error = |path: &str| write_image(Path::new(path), &picture(), false).unwrap_err().to_string();
+        let error = |path: &str| write_image(Path::new(path), &picture(), false, 92).unwrap_err().to_string();
         assert!(error("picture.xyz").contains("picture.xyz: unknown image format"));
         assert!(error("/no/such/folder/p.png").starts_with("/no/such/folder/p.png: "));
-        let empty = write_image(Path::new("p.png"), &Framebuffer::default(), false).unwrap_err();
+        let empty = write_image(Path::new("p.png"), &Framebuffer::default(), false, 92).unwrap_err();
         assert!(empty.to_string().contains("no pixels"));
         assert!(read_image(Path::new("/no/such/file.png"), MAX).is_err());
         let path = std::env::temp_dir().join(format!("openrt_image_error_{}.png", std::process::id()));
-        write_image(&path, &picture(), false).unwrap();
+        write_image(&path, &picture(), false, 92).unwrap();
         assert!(read_image(&path, 19).err().unwrap().to_string().contains("more than 19 pixels on a side"));
         std::fs::remove_file(&path).unwrap();
     }

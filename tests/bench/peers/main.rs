@@ -8,10 +8,11 @@
 //! Embree (`libembree3`) is loaded at run time. Without it only our own figures are printed, and the bench says so.
 //! Build it without `CARGO_INCREMENTAL`: the many units of incremental builds prevent inlining (S2: 2.3 instead of 4.7 Mrays/s).
 //!
-//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`dynamic`], [`frames`], [`single`], [`builders`], [`splits`], [`bsp`] and [`toplevel`].
+//! How is measured stands in the head of [`measure`], what in those of [`static_scenes`], [`dynamic`], [`frames`], [`single`], [`builders`], [`splits`], [`bsp`], [`toplevel`] and [`calls`].
 
 mod bsp;
 mod builders;
+mod calls;
 mod dynamic;
 mod embree;
 mod field;
@@ -72,6 +73,7 @@ fn main() -> ExitCode {
         Suite::Field => field::run(&options),
         Suite::Single => single::run(&options, embree.as_ref()),
         Suite::Bsp => bsp::run(&options),
+        Suite::Calls => calls::run(&options),
     };
     start::end(options.json.as_deref(), || json)
 }

@@ -16,6 +16,7 @@ usage: cargo bench --bench peers -- SUITE [options]
   field            the visibility field beside the BSP and the BVH, resting and moving
   bsp              BSPs and grid beside the SAH tree: time per ray, memory, builds
   lazy             complete refits against updates by rays, and partial updates
+  calls            nanoseconds per call of the C interface
 options:
   --quick          fewer rounds, frames and picture sizes: within two or three minutes
   --threads N      trace with N threads, wall time (1: processor time)
@@ -39,6 +40,7 @@ pub enum Suite {
     Field,
     Single,
     Bsp,
+    Calls,
 }
 
 #[derive(Clone, Debug)]
@@ -89,6 +91,7 @@ impl Options {
                 "field" => suite = Some(Suite::Field),
                 "single" => suite = Some(Suite::Single),
                 "bsp" => suite = Some(Suite::Bsp),
+                "calls" => suite = Some(Suite::Calls),
                 "--quick" => options.quick = true,
                 "--all" => options.all = true,
                 "--threads" => {
