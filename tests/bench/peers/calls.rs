@@ -63,10 +63,10 @@ impl Functions {
         }
     }
 
-    /// Those of the shared library that was built with this program.
+    /// Those of the shared library of the same profile, if it was built.
     fn shared() -> Option<Self> {
         let program = std::env::current_exe().ok()?;
-        let path = program.parent()?.join("libopenrt.so");
+        let path = program.parent()?.parent()?.join("libopenrt.so");
         let path = CString::new(path.to_str()?).ok()?;
         // SAFETY: a string; the library has no initialisers of its own.
         let library = unsafe { libc::dlopen(path.as_ptr(), libc::RTLD_NOW | libc::RTLD_LOCAL) };
@@ -235,7 +235,7 @@ pub fn run(options: &Options) -> String {
         ));
     }
     if shared.is_none() {
-        println!("libopenrt.so was not found beside this program.");
+        println!("For the shared library: cargo build --release -p openrt -p openrt-c --lib");
     }
     format!("[\n{}\n]\n", json.join(",\n"))
 }
