@@ -17,6 +17,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -129,7 +130,9 @@ public:
 /* A context of its own, current on this thread from here on. */
 class Context {
 public:
-    Context() : name_(rtCreateContext())
+    Context() : Context(0) {}
+    /* With so many worker threads; 0 for as many as rtThreads() has said. */
+    explicit Context(RTsizei threads) : name_(rtCreateContextThreads(threads))
     {
         check();
         rtMakeCurrent(name_);
@@ -213,6 +216,17 @@ public:
         rtUpdateNormals(name_, first, static_cast<RTsizei>(normals.size()), 0, normals.empty() ? nullptr : normals[0].data());
         check();
     }
+    /* Where the vertices are at a time: see rtKeyFrame(). */
+    void keyFrame(RTfloat time, const std::vector<Vec3> &vertices) const
+    {
+        rtKeyFrame(name_, time, static_cast<RTsizei>(vertices.size()), 0, vertices.empty() ? nullptr : vertices[0].data());
+        check();
+    }
+    void deleteKeyFrames() const
+    {
+        rtDeleteKeyFrames(name_);
+        check();
+    }
     void setStrategy(RTenum strategy) const
     {
         rtObjectParameteri(name_, RT_UPDATE_STRATEGY, static_cast<RTint>(strategy));
@@ -227,6 +241,11 @@ public:
     void set(RTenum parameter, RTint value) const
     {
         rtObjectParameteri(name_, parameter, value);
+        check();
+    }
+    void set(RTenum parameter, RTfloat value) const
+    {
+        rtObjectParameterf(name_, parameter, value);
         check();
     }
     RTint get(RTenum parameter) const
@@ -429,6 +448,26 @@ template <class F> Shader shaderOf(RTenum kind, const char *name, F &&function, 
     return Shader(shaderClass);
 }
 
+inline RTquery query(RTuint mask)
+{
+    RTquery query{};
+    query.mask = mask;
+    return query;
+}
+
+/* The filter must live as long as the question. */
+template <class Filter> RTquery query(RTuint mask, Filter &filter)
+{
+    RTquery query = detail::query(mask);
+    query.filter = [](void *userData, const RTray *ray, const RThit *hit) -> RTboolean {
+        bool counts = true;
+        guarded([&] { counts = (*static_cast<std::remove_reference_t<Filter> *>(userData))(*ray, *hit); });
+        return counts ? RT_TRUE : RT_FALSE;
+    };
+    query.userData = const_cast<void *>(static_cast<const void *>(&filter));
+    return query;
+}
+
 } /* namespace detail */
 
 /* A surface: function(const rt::Shading &) gives linear red, green, blue and opacity as rt::Vec4. */
@@ -562,6 +601,25 @@ inline void writeImage(const std::string &file)
     check();
 }
 
+/* How well JPEG files show the picture: 1 to 100. */
+inline void jpegQuality(RTint quality)
+{
+    rtJpegQuality(quality);
+    check();
+}
+
+/* A rectangle of the last frame; T is RTfloat, RTubyte or RTuint, as type says: see rtReadPixels(). */
+template <class T> std::vector<T> readPixels(RTint x, RTint y, RTsizei width, RTsizei height, RTenum format, std::size_t channels)
+{
+    static_assert(std::is_same_v<T, RTfloat> || std::is_same_v<T, RTubyte> || std::is_same_v<T, RTuint>, "no type of pixels");
+    const auto size = [](RTsizei n) { return n > 0 ? static_cast<std::size_t>(n) : 0; };
+    std::vector<T> pixels(size(width) * size(height) * channels);
+    const RTenum type = std::is_same_v<T, RTfloat> ? RT_FLOAT : std::is_same_v<T, RTubyte> ? RT_UNSIGNED_BYTE : RT_UNSIGNED_INT;
+    rtReadPixels(x, y, width, height, format, type, pixels.data());
+    check();
+    return pixels;
+}
+
 /* What is seen at the window coordinates (x, y); its object is 0 if nothing is. */
 inline RThit pick(RTfloat x, RTfloat y)
 {
@@ -569,6 +627,16 @@ inline RThit pick(RTfloat x, RTfloat y)
     rtPick(x, y, &hit);
     check();
     return hit;
+}
+
+/* Which rays see the instances that are placed from now on: see rtInstanceMask(). */
+inline void instanceMask(RTuint mask) { rtInstanceMask(mask); }
+
+inline RTframeStats frameStats()
+{
+    RTframeStats stats{};
+    rtGetFrameStats(&stats);
+    return stats;
 }
 
 /* ---- rays ---- */
@@ -585,46 +653,201 @@ inline RTray ray(const Vec3 &origin, const Vec3 &direction, RTfloat tmin = 0, RT
     return r;
 }
 
-/* What a ray meets first in the scene last committed or rendered; none if nothing is in its way. */
-inline std::optional<RThit> intersect(const RTray &one)
-{
-    RThit hit{};
-    rtIntersectRays(1, &one, &hit, 0);
-    check();
-    return hit.t < 0 ? std::nullopt : std::optional<RThit>(hit);
-}
+/* Questions to the scene that the current context has last rendered or committed, or to a snapshot. mask says which instances rays meet: those with a
+ * bit in common, see RT_MASK. A filter is called as filter(ray, hit) and says whether the hit counts, or lets the ray go on; what it throws is
+ * dropped, and the hit counts. */
+class Queries {
+public:
+    /* What a ray meets first; none if nothing is in its way. */
+    std::optional<RThit> intersect(const RTray &ray) const
+    {
+        RThit hit{};
+        rtSceneIntersect(scene_, 1, &ray, &hit, 0);
+        check();
+        return found(hit);
+    }
+    std::optional<RThit> intersect(const RTray &ray, RTuint mask) const { return ask(ray, detail::query(mask)); }
+    template <class Filter, class = std::enable_if_t<std::is_invocable_v<Filter &, const RTray &, const RThit &>>>
+    std::optional<RThit> intersect(const RTray &ray, Filter &&filter, RTuint mask = RT_QUERY_RAYS) const
+    {
+        return ask(ray, detail::query(mask, filter));
+    }
 
-/* The same for many; t is negative where nothing is. flags is 0 or RT_COHERENT. */
-inline std::vector<RThit> intersect(const std::vector<RTray> &rays, RTbitfield flags = 0)
-{
-    std::vector<RThit> hits(rays.size());
-    rtIntersectRays(static_cast<RTsizei>(rays.size()), rays.data(), hits.data(), flags);
-    check();
-    return hits;
-}
+    /* The same for many; t is negative where nothing is. flags is 0 or RT_COHERENT. */
+    std::vector<RThit> intersect(const std::vector<RTray> &rays, RTbitfield flags = 0) const
+    {
+        std::vector<RThit> hits(rays.size());
+        rtSceneIntersect(scene_, static_cast<RTsizei>(rays.size()), rays.data(), hits.data(), flags);
+        check();
+        return hits;
+    }
 
-/* Whether anything is in the way of a ray. */
-inline bool occluded(const RTray &one)
-{
-    RTubyte answer = RT_FALSE;
-    rtOccludedRays(1, &one, &answer, 0);
-    check();
-    return answer != RT_FALSE;
-}
-inline std::vector<RTubyte> occluded(const std::vector<RTray> &rays, RTbitfield flags = 0)
-{
-    std::vector<RTubyte> answers(rays.size());
-    rtOccludedRays(static_cast<RTsizei>(rays.size()), rays.data(), answers.data(), flags);
-    check();
-    return answers;
-}
+    /* The first max hits of a ray, the nearest first. */
+    std::vector<RThit> allHits(const RTray &ray, RTsizei max, RTuint mask = RT_QUERY_RAYS) const
+    {
+        return all(ray, max, detail::query(mask));
+    }
+    template <class Filter, class = std::enable_if_t<std::is_invocable_v<Filter &, const RTray &, const RThit &>>>
+    std::vector<RThit> allHits(const RTray &ray, RTsizei max, Filter &&filter, RTuint mask = RT_QUERY_RAYS) const
+    {
+        return all(ray, max, detail::query(mask, filter));
+    }
 
-inline RTframeStats frameStats()
-{
-    RTframeStats stats{};
-    rtGetFrameStats(&stats);
-    return stats;
-}
+    /* Whether anything is in the way of a ray. */
+    bool occluded(const RTray &ray) const
+    {
+        RTubyte answer = RT_FALSE;
+        rtSceneOccluded(scene_, 1, &ray, &answer, 0);
+        check();
+        return answer != RT_FALSE;
+    }
+    std::vector<RTubyte> occluded(const std::vector<RTray> &rays, RTbitfield flags = 0) const
+    {
+        std::vector<RTubyte> answers(rays.size());
+        rtSceneOccluded(scene_, static_cast<RTsizei>(rays.size()), rays.data(), answers.data(), flags);
+        check();
+        return answers;
+    }
+
+    /* What lies where a ray has met the scene. */
+    RTsurface surface(const RTray &ray, const RThit &hit) const
+    {
+        RTsurface surface{};
+        rtSceneSurfaces(scene_, 1, &ray, &hit, &surface);
+        check();
+        return surface;
+    }
+
+    /* The nearest point within a distance, in world space; or on one object, in its own space. */
+    std::optional<RTclosestPoint> closestPoint(const Vec3 &point, RTfloat maxDistance = INFINITY) const
+    {
+        return closest(0, point, maxDistance);
+    }
+    std::optional<RTclosestPoint> closestPoint(const Object &object, const Vec3 &point, RTfloat maxDistance = INFINITY) const
+    {
+        return closest(object.name(), point, maxDistance);
+    }
+
+protected:
+    explicit Queries(RTscene scene) noexcept : scene_(scene) {}
+    friend Queries queries() noexcept;
+    RTscene scene_;
+
+private:
+    static std::optional<RThit> found(const RThit &hit) { return hit.t < 0 ? std::nullopt : std::optional<RThit>(hit); }
+    std::optional<RThit> ask(const RTray &ray, const RTquery &query) const
+    {
+        RThit hit{};
+        rtSceneQuery(scene_, 1, &ray, &hit, &query);
+        check();
+        return found(hit);
+    }
+    std::vector<RThit> all(const RTray &ray, RTsizei max, const RTquery &query) const
+    {
+        std::vector<RThit> hits(max > 0 ? static_cast<std::size_t>(max) : 0);
+        const RTsizei count = rtSceneAllHits(scene_, &ray, max, hits.data(), &query);
+        check();
+        hits.resize(static_cast<std::size_t>(count));
+        return hits;
+    }
+    std::optional<RTclosestPoint> closest(RTuint object, const Vec3 &point, RTfloat maxDistance) const
+    {
+        RTclosestPoint answer{};
+        const bool is = rtSceneClosestPoint(scene_, object, point.data(), maxDistance, &answer) != RT_FALSE;
+        check();
+        return is ? std::optional<RTclosestPoint>(answer) : std::nullopt;
+    }
+};
+
+/* Questions to the current context. */
+inline Queries queries() noexcept { return Queries(nullptr); }
+inline std::optional<RThit> intersect(const RTray &ray) { return queries().intersect(ray); }
+inline std::vector<RThit> intersect(const std::vector<RTray> &rays, RTbitfield flags = 0) { return queries().intersect(rays, flags); }
+inline bool occluded(const RTray &ray) { return queries().occluded(ray); }
+inline std::vector<RTubyte> occluded(const std::vector<RTray> &rays, RTbitfield flags = 0) { return queries().occluded(rays, flags); }
+
+/* The scene that the current context has last rendered or committed, as it was then. Any number of threads may ask it at a time, and it may outlive
+ * the context. One that was moved from may only be assigned to or destroyed. */
+class Snapshot : public Queries {
+public:
+    Snapshot() : Queries(rtAcquireScene()) { check(); }
+    ~Snapshot() { rtReleaseScene(scene_); }
+    Snapshot(Snapshot &&other) noexcept : Queries(std::exchange(other.scene_, nullptr)) {}
+    Snapshot &operator=(Snapshot &&other) noexcept
+    {
+        std::swap(scene_, other.scene_);
+        return *this;
+    }
+    /* For the calls of C. */
+    RTscene get() const noexcept { return scene_; }
+};
+
+/* ---- scene files ---- */
+
+/* A scene file, read. At the end of the scope it is deleted with its objects, shaders and textures. See rtLoadScene(). */
+class LoadedScene {
+public:
+    /* parts is what the frame being assembled gets of it at once. */
+    explicit LoadedScene(const std::string &file, RTbitfield parts = RT_NONE) : name_(rtLoadScene(file.c_str(), parts)) { check(); }
+    ~LoadedScene()
+    {
+        if (name_)
+            rtDeleteLoadedScene(name_);
+    }
+    LoadedScene(LoadedScene &&other) noexcept : name_(std::exchange(other.name_, 0)) {}
+    LoadedScene &operator=(LoadedScene &&other) noexcept
+    {
+        std::swap(name_, other.name_);
+        return *this;
+    }
+
+    /* Puts parts of it into the frame being assembled, as they are at a time: see rtInstantiateLoadedScene(). */
+    void instantiate(RTdouble time, RTbitfield parts = RT_SCENE_ALL_BITS) const
+    {
+        rtInstantiateLoadedScene(name_, time, parts);
+        check();
+    }
+    /* First and last moment of the animation, in seconds. */
+    std::array<RTdouble, 2> times() const { return numbers<2>(RT_SCENE_TIMES); }
+    /* Lowest x, y, z and highest x, y, z at the first moment. */
+    std::array<RTdouble, 6> bounds() const { return numbers<6>(RT_SCENE_BOUNDS); }
+    /* RT_SCENE_FIRST_OBJECT, RT_SCENE_OBJECT_COUNT and others of rtGetLoadedSceneiv(). */
+    RTint get(RTenum number) const
+    {
+        RTint value = 0;
+        rtGetLoadedSceneiv(name_, number, &value);
+        check();
+        return value;
+    }
+    std::string format() const { return text(RT_SCENE_FORMAT, 0); }
+    /* The file's name for object RT_SCENE_FIRST_OBJECT + index. */
+    std::string objectName(RTuint index) const { return text(RT_SCENE_OBJECT_NAME, index); }
+    /* What was left out or is odd. */
+    std::vector<std::string> warnings() const
+    {
+        std::vector<std::string> all;
+        for (RTuint i = 0, n = static_cast<RTuint>(get(RT_SCENE_WARNING_COUNT)); i < n; i++)
+            all.push_back(text(RT_SCENE_WARNING, i));
+        return all;
+    }
+    RTuint name() const noexcept { return name_; }
+
+private:
+    template <std::size_t N> std::array<RTdouble, N> numbers(RTenum which) const
+    {
+        std::array<RTdouble, N> values{};
+        rtGetLoadedScenedv(name_, which, values.data());
+        check();
+        return values;
+    }
+    std::string text(RTenum which, RTuint index) const
+    {
+        const char *text = rtGetLoadedSceneString(name_, which, index);
+        check();
+        return text ? text : "";
+    }
+    RTuint name_;
+};
 
 } /* namespace rt */
 
