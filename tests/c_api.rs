@@ -12,11 +12,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Compiles `tests/c/NAME.c` and runs it with `arguments` in its scratch folder; returns what it said.
+/// Compiles `tests/c/NAME`, C or C++, and runs it with `arguments` in its scratch folder; returns what it said.
 fn passes(name: &str, link: Link, prepare: impl FnOnce(&Path) -> Vec<PathBuf>) {
     let Some(dir) = c::scratch(&format!("c_{name}")) else { return };
     let arguments = prepare(&dir);
-    let program = c::build(&[Path::new(&format!("tests/c/{name}.c"))], &dir.join(name), link);
+    let file = if name.contains('.') { format!("tests/c/{name}") } else { format!("tests/c/{name}.c") };
+    let program = c::build(&[Path::new(&file)], &dir.join("program"), link);
     let said = c::run(Command::new(program).args(arguments).current_dir(&dir));
     for line in said.lines() {
         eprintln!("{name}: {line}");
@@ -48,6 +49,18 @@ fn scene_files() {
     passes("scenes", Link::Static, |dir| {
         vec![dir.to_owned(), Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/every.aff")]
     });
+}
+
+#[test]
+fn small_calls() {
+    passes("small_calls", Link::Static, |dir| vec![dir.to_owned()]);
+}
+
+#[test]
+fn cpp_classes() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/every.aff");
+    passes("classes.cpp", Link::Static, |dir| vec![dir.to_owned(), data]);
+    passes("face.cpp", Link::Static, no_arguments);
 }
 
 /// Nothing is written to the standard error: no panic was caught on the way.

@@ -330,28 +330,6 @@ static void deletion_while_in_use(void)
     CHECK(rtGetError() == RT_NO_ERROR);
 }
 
-static RTint threads_of(RTuint context)
-{
-    RTint threads = 0;
-    rtMakeCurrent(context);
-    rtGetIntegerv(RT_THREADS, &threads);
-    rtDestroyContext(context);
-    CHECK(rtGetError() == RT_NO_ERROR);
-    return threads;
-}
-
-static void threads_are_as_asked_for(void)
-{
-    rtThreads(3);
-    CHECK(threads_of(rtCreateContext()) == 3);
-    CHECK(threads_of(rtCreateContextThreads(2)) == 2);
-    CHECK(threads_of(rtCreateContextThreads(0)) == 3);
-    rtInit(0, 0);
-    CHECK(threads_of(rtGetCurrentContext()) == 3);
-    rtThreads(0);
-    CHECK(threads_of(rtCreateContext()) > 0);
-}
-
 /* Shader functions called from outside a shader have nobody to ask. */
 static void rts_functions_without_a_context(void)
 {
@@ -392,7 +370,6 @@ int main(int argc, char **argv)
     rtThreads(1025);
     CHECK(rtGetError() == RT_INVALID_VALUE);
     CHECK(rtCreateContextThreads(-1) == 0 && rtGetError() == RT_INVALID_VALUE);
-    threads_are_as_asked_for();
     rts_functions_without_a_context();
 
     setup();
