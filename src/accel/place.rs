@@ -6,7 +6,7 @@
 
 use super::instance::{InstanceRecord, Reach, Space, invert, reach};
 use super::{Aabb, OutOfMemory};
-use crate::scene::{Instance, Mask, Name};
+use crate::scene::{Instance, Mask};
 use glam::{Affine3A, DMat3, Mat3, Vec3};
 use rayon::prelude::*;
 
@@ -247,25 +247,4 @@ impl Placed {
 /// Component by component.
 fn larger(a: DMat3, b: DMat3) -> DMat3 {
     DMat3::from_cols(a.x_axis.max(b.x_axis), a.y_axis.max(b.y_axis), a.z_axis.max(b.z_axis))
-}
-
-/// A hash for names, which the application gives or takes from us in a row: one multiplication instead of the twenty
-/// nanoseconds of the standard one, per instance and frame.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct NameHasher(u64);
-
-impl std::hash::Hasher for NameHasher {
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&b| self.write_u32(u32::from(b)));
-    }
-
-    fn write_u32(&mut self, name: Name) {
-        // 2⁶⁴ over the golden ratio (Knuth). The table uses the highest bits and the lowest ones.
-        let product = (self.0 ^ u64::from(name)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        self.0 = product ^ product >> 32;
-    }
-
-    fn finish(&self) -> u64 {
-        self.0
-    }
 }

@@ -15,17 +15,15 @@ use super::by_rays::{Balance, Done, LARGE, Ledger, Stakes};
 use super::degenerate::is_degenerate;
 use super::instance::invert;
 use super::object_accel::{ObjectState, Outcome, Spent, Work};
-use super::place::{NameHasher, Placed, Seat, Seated};
+use super::place::{Placed, Seat, Seated};
 use super::statics::{Merged, Merging, Shown, Statics, Traversed};
 use super::strategy::{forced_by_environment, forced_top_level};
 use super::top_level_bsp::TopLevelBsp;
 use super::top_level_bvh::TopLevelBvh;
 use super::world_view::{TopLevel, WorldView};
-use crate::scene::{Instance, InstanceList, Mask, Motion, Name, Scene, Strategy, TopLevelKind};
+use crate::scene::{Instance, InstanceList, Mask, Motion, NameMap, Scene, Strategy, TopLevelKind};
 use crate::simd::Level;
 use rayon::prelude::*;
-use std::collections::HashMap;
-use std::hash::BuildHasherDefault;
 use std::ops::Deref;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -65,7 +63,7 @@ pub struct TwoLevel {
     view: Arc<WorldView>,
     /// Objects by slot; unused slots have name 0.
     states: Vec<ObjectState>,
-    slot_of: HashMap<Name, u32, BuildHasherDefault<NameHasher>>,
+    slot_of: NameMap<u32>,
     /// Of the degenerate instances of the frame, one for each.
     own_slots: Vec<u32>,
     free_slots: Vec<u32>,
@@ -90,7 +88,7 @@ impl TwoLevel {
             asked_top: TopLevelKind::Auto,
             forced_top: forced_top_level(),
             states: Vec::new(),
-            slot_of: HashMap::default(),
+            slot_of: NameMap::default(),
             own_slots: Vec::new(),
             free_slots: Vec::new(),
             outcomes: Vec::new(),

@@ -288,7 +288,7 @@ impl Context {
     }
 
     fn array_vertex(&self, arrays: &VertexArrays<'_>, index: usize) -> Vertex {
-        let placed = self.matrices.rounded();
+        let placed = &self.matrices;
         Vertex {
             position: placed.point(arrays.positions.get(index, false, Vec4::W)),
             normal: match &arrays.normals {

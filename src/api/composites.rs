@@ -4,13 +4,13 @@
 //! frame shows. An object deleted while the frame being assembled shows it stays here until that frame has started, as it does in the back-end.
 
 use super::error::Result;
-use crate::scene::{Instance, Name};
-use std::collections::{HashMap, HashSet};
+use crate::scene::{Instance, Name, NameMap};
+use std::collections::HashSet;
 
 #[derive(Default)]
 pub(super) struct Composites {
     /// The parts of each composite, each once.
-    parts: HashMap<Name, Vec<Name>>,
+    parts: NameMap<Vec<Name>>,
     /// Of a walk; empty between two.
     pending: Vec<Name>,
     seen: HashSet<Name>,

@@ -16,9 +16,8 @@ use super::target::FrameTarget;
 use super::textures::Textures;
 use crate::backend::{Level, Local};
 use crate::frame::FrameStats;
-use crate::scene::Name;
+use crate::scene::NameMap;
 use std::borrow::Cow;
-use std::collections::HashMap;
 
 /// How a context is set up.
 #[derive(Clone, Debug, Default)]
@@ -97,7 +96,7 @@ pub struct Context {
     poisoned: Option<Cow<'static, str>>,
 
     pub(super) object_names: Names,
-    pub(super) objects: HashMap<Name, ObjectInfo>,
+    pub(super) objects: NameMap<ObjectInfo>,
     pub(super) definition: Option<Definition>,
     pub(super) composites: Composites,
     /// Receives vertices: those of the object being defined, else those drawn outside objects.
@@ -145,7 +144,7 @@ impl Context {
             error_callback: None,
             poisoned: None,
             object_names: Names::default(),
-            objects: HashMap::new(),
+            objects: NameMap::default(),
             definition: None,
             composites: Composites::default(),
             builder: MeshBuilder::default(),
@@ -193,6 +192,12 @@ impl Context {
         }
     }
 
+    /// Whether [`Context::get_error`] would return `NoError` and do nothing.
+    #[inline]
+    pub(crate) fn has_no_error(&self) -> bool {
+        self.latched.is_none() && self.poisoned.is_none() && self.assembler.is_none()
+    }
+
     /// Text of the first error latched since the last but one [`Context::get_error`]; "no error" before any.
     pub fn error_message(&self) -> &str {
         &self.last_message
@@ -219,10 +224,11 @@ impl Context {
     }
 
     /// Fails once the context is poisoned.
+    #[inline]
     pub(super) fn usable(&self) -> Result<()> {
         match &self.poisoned {
             None => Ok(()),
-            Some(reason) => Err(Error::new(ErrorCode::InternalError, reason.clone())),
+            Some(reason) => Err(unusable(reason)),
         }
     }
 
@@ -231,7 +237,7 @@ impl Context {
     pub(super) fn outside_begin(&self) -> Result<()> {
         self.usable()?;
         if self.assembler.is_some() {
-            return Err(Error::invalid_operation("not allowed between begin and end of a primitive"));
+            return Err(between_begin_and_end());
         }
         Ok(())
     }
@@ -251,4 +257,14 @@ impl Context {
         }
         Ok(())
     }
+}
+
+#[cold]
+fn unusable(reason: &Cow<'static, str>) -> Error {
+    Error::new(ErrorCode::InternalError, reason.clone())
+}
+
+#[cold]
+fn between_begin_and_end() -> Error {
+    Error::invalid_operation("not allowed between begin and end of a primitive")
 }

@@ -72,17 +72,20 @@ impl Context {
     /// `InvalidOperation` outside begin and end, `OutOfMemory`.
     #[inline]
     pub fn vertex(&mut self, position: Vec4) -> Result<()> {
-        let Some(assembler) = &mut self.assembler else {
-            self.usable()?;
-            return Err(Error::invalid_operation("no primitive is open: a vertex belongs between begin and end"));
-        };
+        let Some(assembler) = &mut self.assembler else { return Err(self.no_primitive()) };
         let vertex = Vertex {
-            position: self.matrices.rounded().point(position),
+            position: self.matrices.point(position),
             normal: self.current.placed_normal,
             tex_coord: self.current.stored_tex_coord(),
             color: self.current.color,
         };
         self.builder.vertex(assembler, &vertex, self.shaders.bound(), &self.captures)
+    }
+
+    #[cold]
+    fn no_primitive(&self) -> Error {
+        let outside = || Error::invalid_operation("no primitive is open: a vertex belongs between begin and end");
+        self.usable().err().unwrap_or_else(outside)
     }
 
     /// [`Context::vertex`] with w = 1.
@@ -131,7 +134,7 @@ impl Context {
 
     /// Brings the transformed normal in line with the current normal and matrix.
     pub(super) fn place_normal(&mut self) {
-        let placed = self.current.normal.map(|n| self.matrices.rounded().normal(n).normalize_or_zero());
+        let placed = self.current.normal.map(|n| self.matrices.normal(n).normalize_or_zero());
         self.current.placed_normal = placed.unwrap_or(Vec3::ZERO);
     }
 

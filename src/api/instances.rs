@@ -20,9 +20,14 @@ impl Context {
     /// end, when the current matrix is not affine (bottom row 0 0 0 1), or when the object would become a part of itself; `OutOfMemory`.
     pub fn instantiate_object(&mut self, name: Name) -> Result<()> {
         self.outside_begin()?;
-        self.known_object(name)?;
+        let seen = self.is_shown(name);
+        if !seen {
+            self.known_object(name)?;
+        }
         let instance = self.masked(name, self.matrices.affine()?);
-        self.may_place(name)?;
+        if !seen {
+            self.may_place(name)?;
+        }
         self.reserve_instances(1)?;
         self.place(instance);
         Ok(())
@@ -52,6 +57,11 @@ impl Context {
             }
         }
         outcome
+    }
+
+    /// Whether the frame being assembled takes the next instance, and shows the object already: then nothing is left to check.
+    fn is_shown(&self, name: Name) -> bool {
+        self.definition.is_none() && self.objects.get(&name).is_some_and(|info| info.used_in_frame == self.frames + 1)
     }
 
     fn masked(&self, object: Name, world_from_object: Affine3A) -> Instance {

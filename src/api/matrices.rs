@@ -59,7 +59,8 @@ impl Context {
     /// # Errors
     /// See above.
     pub fn translate(&mut self, offset: DVec3) -> Result<()> {
-        self.mult_matrix(DMat4::from_translation(offset))
+        self.outside_begin()?;
+        self.matrices.translate(offset)
     }
 
     /// Counter-clockwise about `axis` (any length but 0) seen against it.
@@ -77,9 +78,7 @@ impl Context {
     /// # Errors
     /// See above. Factors of 0 are allowed.
     pub fn scale(&mut self, factors: DVec3) -> Result<()> {
-        // Not glam's from_scale, which asserts that some factor is not 0.
-        self.mult_matrix(DMat4::from_cols_array(&[
-            factors.x, 0.0, 0.0, 0.0, 0.0, factors.y, 0.0, 0.0, 0.0, 0.0, factors.z, 0.0, 0.0, 0.0, 0.0, 1.0,
-        ]))
+        self.outside_begin()?;
+        self.matrices.scale(factors)
     }
 }

@@ -39,6 +39,10 @@ impl Capture {
     }
 }
 
+const MOST_VERTICES: usize = u32::MAX as usize;
+/// Before the last vertex, which may add two.
+const MOST_TRIANGLES: usize = u32::MAX as usize - 1;
+
 #[derive(Default)]
 pub struct MeshBuilder {
     mesh: Mesh,
@@ -90,10 +94,39 @@ impl MeshBuilder {
         shader: Name,
         captures: &[Capture],
     ) -> Result<()> {
-        self.reserve_triangles(captures)?;
-        let index = self.push_vertex(vertex, captures)?;
+        if !(captures.is_empty() && self.has_room(vertex)) {
+            self.make_room(vertex, captures)?;
+        }
+        let index = self.store_vertex(vertex, captures);
         self.complete(assembler.push(index), shader, captures);
         Ok(())
+    }
+
+    /// Whether a vertex without captures, and the triangles that it completes, fit in without any reserve.
+    #[inline]
+    fn has_room(&self, vertex: &Vertex) -> bool {
+        fn fits<T>(values: &Vec<T>, more: usize) -> bool {
+            values.capacity() - values.len() >= more
+        }
+        fn takes<T>(values: &Vec<T>, differs: bool) -> bool {
+            if values.is_empty() { !differs } else { fits(values, 1) }
+        }
+        let mesh = &self.mesh;
+        fits(&mesh.positions, 1)
+            && fits(&mesh.triangles, 2)
+            && fits(&mesh.shader_of_triangle, 2)
+            && takes(&mesh.normals, vertex.normal != Vec3::ZERO)
+            && takes(&mesh.tex_coords, vertex.tex_coord != Vec2::ZERO)
+            && takes(&mesh.colors, vertex.color != Vec4::ONE)
+            && mesh.positions.len() < MOST_VERTICES
+            && mesh.triangles.len() < MOST_TRIANGLES
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn make_room(&mut self, vertex: &Vertex, captures: &[Capture]) -> Result<()> {
+        self.reserve_triangles(captures)?;
+        self.reserve_vertex(vertex, captures)
     }
 
     /// Feeds the assembler a vertex that is already in the mesh.
@@ -117,11 +150,15 @@ impl MeshBuilder {
     }
 
     /// Appends a vertex and returns its number.
-    #[inline]
     pub fn push_vertex(&mut self, vertex: &Vertex, captures: &[Capture]) -> Result<u32> {
+        self.reserve_vertex(vertex, captures)?;
+        Ok(self.store_vertex(vertex, captures))
+    }
+
+    fn reserve_vertex(&mut self, vertex: &Vertex, captures: &[Capture]) -> Result<()> {
         let mesh = &mut self.mesh;
         let index = mesh.positions.len();
-        if index >= u32::MAX as usize {
+        if index >= MOST_VERTICES {
             return Err(Error::new(super::ErrorCode::OutOfMemory, "an object holds at most 2^32 - 1 vertices"));
         }
         mesh.positions.try_reserve(1)?;
@@ -131,7 +168,14 @@ impl MeshBuilder {
         for capture in captures.iter().filter(|c| c.scope == ParamScope::Vertex) {
             mesh.params[capture.stream].data.try_reserve(capture.width as usize)?;
         }
-        // Nothing can fail from here on.
+        Ok(())
+    }
+
+    /// Appends a vertex for which there is room, and returns its number.
+    #[inline]
+    fn store_vertex(&mut self, vertex: &Vertex, captures: &[Capture]) -> u32 {
+        let mesh = &mut self.mesh;
+        let index = mesh.positions.len();
         mesh.positions.push(vertex.position);
         push_attribute(&mut mesh.normals, index, vertex.normal, Vec3::ZERO);
         push_attribute(&mut mesh.tex_coords, index, vertex.tex_coord, Vec2::ZERO);
@@ -139,7 +183,7 @@ impl MeshBuilder {
         for capture in captures.iter().filter(|c| c.scope == ParamScope::Vertex) {
             mesh.params[capture.stream].data.extend_from_slice(&capture.value[..capture.width as usize]);
         }
-        Ok(index as u32)
+        index as u32
     }
 
     fn reserve_triangles(&mut self, captures: &[Capture]) -> Result<()> {
@@ -148,7 +192,7 @@ impl MeshBuilder {
         for capture in captures.iter().filter(|c| c.scope == ParamScope::Triangle) {
             self.mesh.params[capture.stream].data.try_reserve(2 * capture.width as usize)?;
         }
-        if self.mesh.triangles.len() > u32::MAX as usize - 2 {
+        if self.mesh.triangles.len() >= MOST_TRIANGLES {
             return Err(Error::new(super::ErrorCode::OutOfMemory, "an object holds at most 2^32 - 1 triangles"));
         }
         Ok(())
@@ -166,6 +210,7 @@ impl MeshBuilder {
         }
     }
 
+    #[inline]
     fn push_triangle(&mut self, corners: [u32; 3], shader: Name, captures: &[Capture]) {
         self.mesh.triangles.push(corners);
         self.mesh.shader_of_triangle.push(shader);

@@ -36,7 +36,7 @@ impl Context {
             return Err(Error::invalid_value(format_args!("index {index} lies beyond the {count} positions")));
         }
         self.all_or_nothing(|context| {
-            let placed = *context.matrices.rounded();
+            let placed = &context.matrices;
             let base = context.builder.vertex_count();
             for (i, position) in mesh.positions.iter().enumerate() {
                 let vertex = Vertex {

@@ -20,7 +20,12 @@ impl Local {
     ///
     /// # Errors
     /// The outer one as [`Local::finish_frame`], the inner one for the file.
-    pub fn write_image(&mut self, path: &Path, srgb: bool, quality: u8) -> Result<Result<(), ImageFileError>, FrameFailure> {
+    pub fn write_image(
+        &mut self,
+        path: &Path,
+        srgb: bool,
+        quality: u8,
+    ) -> Result<Result<(), ImageFileError>, FrameFailure> {
         let picture = self.framebuffer()?;
         Ok(on_its_thread(path, || frame::write_image(path, picture, srgb, quality)))
     }

@@ -4,7 +4,8 @@
 //! slices of exactly the length that a draw touches.
 
 use super::constants::*;
-use super::guard::{Session, guard, guard_session};
+use super::current::Session;
+use super::guard::{guard, guard_session};
 use super::immediate::primitive;
 use super::pointer::{OutArray, slice};
 use super::refusal::{not_negative, unknown};

@@ -1,6 +1,9 @@
 //! Contexts and errors.
 
-use super::guard::{self, UserData, guard_session, guard_thread};
+use super::constants::RT_NO_ERROR;
+use super::contexts;
+use super::current::{UserData, current_name};
+use super::guard::{self, guard_session, guard_thread};
 use super::types::*;
 use crate::api::{Error, MAX_THREADS, Result};
 use std::ffi::{c_char, c_int, c_void};
@@ -23,7 +26,7 @@ use std::ffi::{c_char, c_int, c_void};
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtInit(argc: *mut c_int, argv: *mut *mut c_char) {
     let _ = (argc, argv);
-    guard_thread(|| guard::init())
+    guard_thread(|| contexts::init())
 }
 
 /// Ends what rtInit() began: destroys the initial context with everything in it, as rtDestroyContext() does.
@@ -32,7 +35,7 @@ pub unsafe extern "C" fn rtInit(argc: *mut c_int, argv: *mut *mut c_char) {
 /// Errors: RT_INVALID_OPERATION without rtInit(), or when the initial context is current on another thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtExit() {
-    guard_thread(|| guard::exit())
+    guard_thread(|| contexts::exit())
 }
 
 /// Makes a further context, with objects, shaders, textures and frames of its own, and returns its name; 0 on
@@ -41,7 +44,7 @@ pub extern "C" fn rtExit() {
 /// Errors: RT_IO_ERROR when the system refuses threads.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtCreateContext() -> RTuint {
-    guard_thread(|| guard::create(0))
+    guard_thread(|| contexts::create(0))
 }
 
 /// As rtCreateContext(), with as many worker threads as threads says; 0 for as many as rtThreads() has said.
@@ -49,7 +52,7 @@ pub extern "C" fn rtCreateContext() -> RTuint {
 /// Errors: RT_INVALID_VALUE when threads is negative or above 1024, RT_IO_ERROR when the system refuses threads.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtCreateContextThreads(threads: RTsizei) -> RTuint {
-    guard_thread(|| guard::create(thread_count(threads)?))
+    guard_thread(|| contexts::create(thread_count(threads)?))
 }
 
 /// Sets how many worker threads each context has that rtInit() and rtCreateContext() make from now on, in this
@@ -60,7 +63,7 @@ pub extern "C" fn rtCreateContextThreads(threads: RTsizei) -> RTuint {
 #[unsafe(no_mangle)]
 pub extern "C" fn rtThreads(threads: RTsizei) {
     guard_thread(|| {
-        guard::set_threads(thread_count(threads)?);
+        contexts::set_threads(thread_count(threads)?);
         Ok(())
     })
 }
@@ -79,7 +82,7 @@ fn thread_count(threads: RTsizei) -> Result<u32> {
 /// thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtDestroyContext(context: RTuint) {
-    guard_thread(|| guard::destroy(context))
+    guard_thread(|| contexts::destroy(context))
 }
 
 /// Makes a context current on the calling thread; 0 makes none current. The context that was current before
@@ -89,13 +92,13 @@ pub extern "C" fn rtDestroyContext(context: RTuint) {
 /// thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtMakeCurrent(context: RTuint) {
-    guard_thread(|| guard::make_current(context))
+    guard_thread(|| contexts::make_current(context))
 }
 
 /// Name of the context that is current on the calling thread; 0 for none.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtGetCurrentContext() -> RTuint {
-    guard_thread(|| Ok(guard::current_name()))
+    guard_thread(|| Ok(current_name()))
 }
 
 /// Returns the first error since the last call of this function and forgets it; RT_NO_ERROR when there was
@@ -105,6 +108,9 @@ pub extern "C" fn rtGetCurrentContext() -> RTuint {
 /// Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd(), returning RT_NO_ERROR.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtGetError() -> RTenum {
+    if guard::has_no_error() {
+        return RT_NO_ERROR;
+    }
     guard_thread(|| guard::take_error())
 }
 

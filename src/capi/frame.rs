@@ -1,7 +1,8 @@
 //! Frames: where pixels go, when they are rendered, how they are read back.
 
 use super::constants::*;
-use super::guard::{UserData, guard, guard_thread};
+use super::current::UserData;
+use super::guard::{guard, guard_thread};
 use super::pointer::{Out, slice_mut, text};
 use super::refusal::{not_negative, null, unknown};
 use super::types::*;
@@ -201,7 +202,7 @@ pub extern "C" fn rtCancel() {
 /// Errors: RT_INVALID_VALUE when there is no such context.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtCancelContext(context: RTuint) {
-    guard_thread(|| super::guard::cancel(context))
+    guard_thread(|| super::contexts::cancel(context))
 }
 
 /// From now on, callback is called at the end of every frame that starts. NULL stops that. userData is handed

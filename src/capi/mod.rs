@@ -18,6 +18,8 @@ compile_error!("openrt must be built with panic = \"unwind\": a defect must not 
 mod constants;
 mod types;
 
+mod contexts;
+mod current;
 mod guard;
 mod plugin;
 mod pointer;

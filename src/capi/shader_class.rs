@@ -1,7 +1,7 @@
 //! Shader classes made of C functions: their description, and the programs that call them.
 
 use super::constants::*;
-use super::guard::UserData;
+use super::current::UserData;
 use super::pointer::{array_at, slice, text, value};
 use super::refusal::unknown;
 use super::shading::RTshadingContext;

@@ -2,8 +2,9 @@
 
 use super::arrays::{ClientArrays, number_of_component};
 use super::constants::*;
+use super::current::Session;
 use super::frame_parameters::upsampling_number;
-use super::guard::{Session, guard, guard_session};
+use super::guard::{guard, guard_session};
 use super::loaded_scenes::READERS;
 use super::pointer::{OutArray, answer};
 use super::refusal::unknown;

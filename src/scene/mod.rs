@@ -13,6 +13,7 @@ mod key_frame;
 mod mask;
 mod mesh;
 mod moves;
+mod name_map;
 mod object;
 mod program;
 mod shader;
@@ -28,6 +29,7 @@ pub use key_frame::KeyFrame;
 pub use mask::Mask;
 pub use mesh::{MAX_COORDINATE, Mesh, ParamStream};
 pub use moves::Moves;
+pub use name_map::NameMap;
 pub use object::{LazyShape, Motion, Object, Strategy};
 pub use program::{
     CameraShader, EnvironmentShader, LightSample, LightShader, PrimaryRay, Program, ShadingContext, SurfacePoint,
