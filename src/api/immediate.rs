@@ -20,11 +20,16 @@ pub(super) struct Current {
     pub color: Vec4,
     /// `normal` under the matrix at begin; 0 for none.
     placed_normal: Vec3,
+    /// What is stored of `tex_coord`: s/q, t/q.
+    stored_tex_coord: Vec2,
+    /// All of them are the default, which takes no memory.
+    is_plain: bool,
 }
 
 impl Default for Current {
     fn default() -> Self {
-        Self { normal: None, tex_coord: Vec4::W, color: Vec4::ONE, placed_normal: Vec3::ZERO }
+        let (normal, tex_coord, color) = (None, Vec4::W, Vec4::ONE);
+        Self { normal, tex_coord, color, placed_normal: Vec3::ZERO, stored_tex_coord: Vec2::ZERO, is_plain: true }
     }
 }
 
@@ -35,8 +40,18 @@ impl Current {
 
     /// The texture coordinate that is stored: s/q, t/q.
     pub fn stored_tex_coord(&self) -> Vec2 {
-        let t = self.tex_coord;
-        if t.w == 1.0 { Vec2::new(t.x, t.y) } else { Vec2::new(t.x, t.y) / t.w }
+        self.stored_tex_coord
+    }
+
+    fn set_tex_coord(&mut self, t: Vec4) {
+        self.tex_coord = t;
+        self.stored_tex_coord = if t.w == 1.0 { Vec2::new(t.x, t.y) } else { Vec2::new(t.x, t.y) / t.w };
+        self.look();
+    }
+
+    fn look(&mut self) {
+        self.is_plain =
+            self.placed_normal == Vec3::ZERO && self.stored_tex_coord == Vec2::ZERO && self.color == Vec4::ONE;
     }
 }
 
@@ -73,10 +88,20 @@ impl Context {
     #[inline]
     pub fn vertex(&mut self, position: Vec4) -> Result<()> {
         let Some(assembler) = &mut self.assembler else { return Err(self.no_primitive()) };
+        let position = self.matrices.point(position);
+        if self.current.is_plain && self.builder.plain_vertex(assembler, position, self.shaders.bound()) {
+            return Ok(());
+        }
+        self.vertex_with_attributes(position)
+    }
+
+    #[inline(never)]
+    fn vertex_with_attributes(&mut self, position: Vec3) -> Result<()> {
+        let Some(assembler) = &mut self.assembler else { return Err(self.no_primitive()) };
         let vertex = Vertex {
-            position: self.matrices.point(position),
+            position,
             normal: self.current.placed_normal,
-            tex_coord: self.current.stored_tex_coord(),
+            tex_coord: self.current.stored_tex_coord,
             color: self.current.color,
         };
         self.builder.vertex(assembler, &vertex, self.shaders.bound(), &self.captures)
@@ -117,7 +142,7 @@ impl Context {
     #[inline]
     pub fn tex_coord(&mut self, tex_coord: Vec4) -> Result<()> {
         self.usable()?;
-        self.current.tex_coord = tex_coord;
+        self.current.set_tex_coord(tex_coord);
         Ok(())
     }
 
@@ -129,6 +154,7 @@ impl Context {
     pub fn color(&mut self, color: Vec4) -> Result<()> {
         self.usable()?;
         self.current.color = color;
+        self.current.look();
         Ok(())
     }
 
@@ -136,6 +162,7 @@ impl Context {
     pub(super) fn place_normal(&mut self) {
         let placed = self.current.normal.map(|n| self.matrices.normal(n).normalize_or_zero());
         self.current.placed_normal = placed.unwrap_or(Vec3::ZERO);
+        self.current.look();
     }
 
     /// Looks up which parameters of the bound shader are captured per vertex or triangle, and prepares their streams.

@@ -48,6 +48,8 @@ pub struct MeshBuilder {
     mesh: Mesh,
     /// Scope of each of the mesh's streams.
     scopes: Vec<ParamScope>,
+    /// How many vertices fit in that have nothing but a position, with the triangles they complete; 0 as soon as a vertex has more.
+    plain_room: usize,
 }
 
 /// Lengths to return to; see [`MeshBuilder::rewind`].
@@ -67,6 +69,7 @@ impl MeshBuilder {
 
     /// Prepares for a primitive whose triangles have `shader`: finds or makes the streams of `captures`.
     pub fn open(&mut self, shader: Name, captures: &mut [Capture]) -> Result<()> {
+        self.plain_room = 0;
         for capture in captures {
             let known = self.mesh.params.iter().position(|s| s.shader == shader && s.param == capture.param);
             capture.stream = match known {
@@ -85,8 +88,21 @@ impl MeshBuilder {
         Ok(())
     }
 
-    /// Appends a vertex and the triangles that it completes.
+    /// Appends a vertex that has the default attributes, and the triangles that it completes, without memory being asked for. False, and nothing is done, where
+    /// that cannot be: [`MeshBuilder::vertex`] does it then.
     #[inline]
+    pub fn plain_vertex(&mut self, assembler: &mut Assembler, position: Vec3, shader: Name) -> bool {
+        if self.plain_room == 0 {
+            return false;
+        }
+        self.plain_room -= 1;
+        let index = self.mesh.positions.len() as u32;
+        self.mesh.positions.push(position);
+        self.complete(assembler.push(index), shader, &[]);
+        true
+    }
+
+    /// Appends a vertex and the triangles that it completes.
     pub fn vertex(
         &mut self,
         assembler: &mut Assembler,
@@ -94,39 +110,24 @@ impl MeshBuilder {
         shader: Name,
         captures: &[Capture],
     ) -> Result<()> {
-        if !(captures.is_empty() && self.has_room(vertex)) {
-            self.make_room(vertex, captures)?;
-        }
-        let index = self.store_vertex(vertex, captures);
+        self.reserve_triangles(captures)?;
+        let index = self.push_vertex(vertex, captures)?;
         self.complete(assembler.push(index), shader, captures);
+        self.plain_room = if captures.is_empty() { self.room_for_plain() } else { 0 };
         Ok(())
     }
 
-    /// Whether a vertex without captures, and the triangles that it completes, fit in without any reserve.
-    #[inline]
-    fn has_room(&self, vertex: &Vertex) -> bool {
-        fn fits<T>(values: &Vec<T>, more: usize) -> bool {
-            values.capacity() - values.len() >= more
-        }
-        fn takes<T>(values: &Vec<T>, differs: bool) -> bool {
-            if values.is_empty() { !differs } else { fits(values, 1) }
+    fn room_for_plain(&self) -> usize {
+        fn room<T>(values: &Vec<T>, most: usize) -> usize {
+            values.capacity().min(most).saturating_sub(values.len())
         }
         let mesh = &self.mesh;
-        fits(&mesh.positions, 1)
-            && fits(&mesh.triangles, 2)
-            && fits(&mesh.shader_of_triangle, 2)
-            && takes(&mesh.normals, vertex.normal != Vec3::ZERO)
-            && takes(&mesh.tex_coords, vertex.tex_coord != Vec2::ZERO)
-            && takes(&mesh.colors, vertex.color != Vec4::ONE)
-            && mesh.positions.len() < MOST_VERTICES
-            && mesh.triangles.len() < MOST_TRIANGLES
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn make_room(&mut self, vertex: &Vertex, captures: &[Capture]) -> Result<()> {
-        self.reserve_triangles(captures)?;
-        self.reserve_vertex(vertex, captures)
+        if !(mesh.normals.is_empty() && mesh.tex_coords.is_empty() && mesh.colors.is_empty()) {
+            return 0;
+        }
+        // A vertex completes two triangles at most.
+        let triangles = room(&mesh.triangles, MOST_TRIANGLES).min(room(&mesh.shader_of_triangle, MOST_TRIANGLES));
+        room(&mesh.positions, MOST_VERTICES).min(triangles / 2)
     }
 
     /// Feeds the assembler a vertex that is already in the mesh.
@@ -151,11 +152,6 @@ impl MeshBuilder {
 
     /// Appends a vertex and returns its number.
     pub fn push_vertex(&mut self, vertex: &Vertex, captures: &[Capture]) -> Result<u32> {
-        self.reserve_vertex(vertex, captures)?;
-        Ok(self.store_vertex(vertex, captures))
-    }
-
-    fn reserve_vertex(&mut self, vertex: &Vertex, captures: &[Capture]) -> Result<()> {
         let mesh = &mut self.mesh;
         let index = mesh.positions.len();
         if index >= MOST_VERTICES {
@@ -168,14 +164,7 @@ impl MeshBuilder {
         for capture in captures.iter().filter(|c| c.scope == ParamScope::Vertex) {
             mesh.params[capture.stream].data.try_reserve(capture.width as usize)?;
         }
-        Ok(())
-    }
-
-    /// Appends a vertex for which there is room, and returns its number.
-    #[inline]
-    fn store_vertex(&mut self, vertex: &Vertex, captures: &[Capture]) -> u32 {
-        let mesh = &mut self.mesh;
-        let index = mesh.positions.len();
+        // Nothing can fail from here on.
         mesh.positions.push(vertex.position);
         push_attribute(&mut mesh.normals, index, vertex.normal, Vec3::ZERO);
         push_attribute(&mut mesh.tex_coords, index, vertex.tex_coord, Vec2::ZERO);
@@ -183,7 +172,7 @@ impl MeshBuilder {
         for capture in captures.iter().filter(|c| c.scope == ParamScope::Vertex) {
             mesh.params[capture.stream].data.extend_from_slice(&capture.value[..capture.width as usize]);
         }
-        index as u32
+        Ok(index as u32)
     }
 
     fn reserve_triangles(&mut self, captures: &[Capture]) -> Result<()> {
@@ -370,6 +359,36 @@ mod tests {
         assert_eq!(mesh.params[0].data[6..12], [1.0, 2.0, 1.0, 2.0, 1.0, 2.0]);
         assert_eq!(mesh.params[0].data[12..18], [0.0; 6]);
         assert_eq!(mesh.params[1].data, [0.0, 7.0, 0.0, 8.0, 0.0]);
+    }
+
+    #[test]
+    fn plain_vertices_make_the_same_mesh() {
+        for primitive in [Primitive::Triangles, Primitive::QuadStrip] {
+            let build = |may_be_plain: bool| {
+                let mut builder = MeshBuilder::default();
+                builder.open(7, &mut []).unwrap();
+                let mut assembler = Assembler::new(primitive);
+                let mut plain = 0;
+                for i in 0..1000 {
+                    let mut v = vertex(i as f32);
+                    if i == 900 {
+                        v.color = Vec4::ZERO;
+                    }
+                    let is_plain = may_be_plain && i != 900;
+                    if is_plain && builder.plain_vertex(&mut assembler, v.position, 7) {
+                        plain += 1;
+                    } else {
+                        builder.vertex(&mut assembler, &v, 7, &[]).unwrap();
+                    }
+                }
+                (builder.into_mesh(), plain)
+            };
+            let ((one, none), (other, plain)) = (build(false), build(true));
+            assert!(none == 0 && (800..900).contains(&plain), "{plain}: none after the colour");
+            assert_eq!((one.positions, one.triangles), (other.positions, other.triangles));
+            assert_eq!(other.colors.len(), 1000);
+            assert_eq!((one.shader_of_triangle, one.colors), (other.shader_of_triangle, other.colors));
+        }
     }
 
     #[test]

@@ -52,6 +52,7 @@ static void blue_first(void)
         int channels, floats;
     } formats[3] = {{RT_BGR8, RT_BGR, 3, 0}, {RT_BGR32F, RT_BGR, 3, 1}, {RT_BGRA32F, RT_BGRA, 4, 1}};
     int i;
+    rtViewport(0, 0, 6, 4);
     rtClearColor(0.25f, 0.5f, 0.75f, 0.125f);
     for (i = 0; i < 3; i++) {
         RTfloat floats[6 * 4 * 4 + 1], read[6 * 4 * 4];
@@ -73,6 +74,7 @@ static void blue_first(void)
         }
     }
     rtSetFrameBuffer(NULL, 0, 0, RT_RGBA8);
+    rtViewport(0, 0, 64, 48);
     CHECK(rtGetError() == RT_NO_ERROR);
 }
 
