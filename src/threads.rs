@@ -9,22 +9,28 @@
 //! * Workers start with the *default floating-point environment*. Threads inherit MXCSR from their creator, so a host that runs with
 //!   flush-to-zero would otherwise get other pictures. The caller's own register is never written.
 //! * Dropping the pool ends and joins the workers, so that no thread of ours outlives the library.
+//! * Work from outside comes in without allocating (`conductor`). What rayon allocates later than a worker's start, it does before [`Pool::new`] returns.
 //!
-//! [`OnTouch`] is the other thing here that threads share: arrays that are brought up to date part by part, by whoever needs a part first.
+//! Two other things here are shared by threads: [`Desks`], which they work at, and [`OnTouch`]: arrays that are brought up to date part by part, by whoever needs a part first.
 //!
 //! Never hold a lock across [`Pool::install`] or a rayon `join`: a waiting worker steals work that may want the same lock.
 
+mod conductor;
+mod desks;
 mod float_environment;
 mod on_touch;
 
+use self::conductor::{Door, Order};
+use crate::memory::{OutOfMemory, boxed};
+pub use desks::Desks;
 pub use float_environment::with_default_floats;
 pub use on_touch::{OnTouch, Place};
 
 use std::fmt;
 use std::io;
 use std::ptr;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicPtr, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 /// More workers than this are never started, whatever the environment says.
@@ -55,10 +61,17 @@ pub struct Pool {
     workers: AtomicPtr<Workers>,
 }
 
+/// Work that somebody keeps, and has a pool do again and again: handing it over allocates nothing.
+pub trait Job: Send + Sync {
+    /// Runs on a worker. A panic ends there.
+    fn run(&self);
+}
+
 /// The workers of one process.
 struct Workers {
     pid: u32,
     pool: rayon::ThreadPool,
+    door: Arc<Door>,
     handles: Mutex<Vec<JoinHandle<()>>>,
 }
 
@@ -93,15 +106,33 @@ impl Pool {
     /// # Panics
     /// In a forked child that cannot start workers; call [`Pool::ensure`] first to get that as an error.
     pub fn install<R: Send>(&self, f: impl FnOnce() -> R + Send) -> R {
-        self.workers().unwrap_or_else(|error| panic!("after fork: {error}")).pool.install(f)
+        let Workers { pool, door, .. } = self.present();
+        // A worker would wait for itself.
+        if pool.current_thread_index().is_some() { f() } else { door.lend(f, |f| pool.install(f)) }
+    }
+
+    /// Runs `job` on a worker some time soon.
+    ///
+    /// # Panics
+    /// As [`Pool::install`].
+    pub fn start(&self, job: Arc<dyn Job>) {
+        self.present().door.put(Order::Job(job));
     }
 
     /// Runs `f` on a worker some time soon. A panic of `f` ends there.
     ///
+    /// # Errors
+    /// No memory for a copy of `f`.
+    ///
     /// # Panics
     /// As [`Pool::install`].
-    pub fn spawn(&self, f: impl FnOnce() + Send + 'static) {
-        self.workers().unwrap_or_else(|error| panic!("after fork: {error}")).pool.spawn(f)
+    pub fn spawn(&self, f: impl FnOnce() + Send + 'static) -> Result<(), OutOfMemory> {
+        self.present().door.put(Order::Once(boxed(f)?));
+        Ok(())
+    }
+
+    fn present(&self) -> &Workers {
+        self.workers().unwrap_or_else(|error| panic!("after fork: {error}"))
     }
 
     /// The workers of this process.
@@ -159,7 +190,14 @@ impl Workers {
             })
             .build();
         match built {
-            Ok(pool) => Ok(Workers { pid: std::process::id(), pool, handles: Mutex::new(handles) }),
+            Ok(pool) => {
+                // Whoever looks for work the first time allocates; so each does it here.
+                pool.broadcast(|_| ());
+                let door = Arc::new(Door::new());
+                let of_conductor = door.clone();
+                pool.spawn(move || of_conductor.conduct());
+                Ok(Workers { pid: std::process::id(), pool, door, handles: Mutex::new(handles) })
+            }
             Err(error) => {
                 // rayon has told those that run to stop.
                 for handle in handles {
@@ -172,7 +210,8 @@ impl Workers {
 
     /// Ends the workers after their jobs and waits for them; from a worker itself it cannot wait.
     fn end(self) {
-        let Workers { pool, handles, .. } = self;
+        let Workers { pool, door, handles, .. } = self;
+        door.close();
         drop(pool);
         let handles = handles.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
         let me = std::thread::current().id();
@@ -213,9 +252,9 @@ mod tests {
         let pool = Pool::new(Some(2)).expect("threads");
         let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| pool.install(|| panic!("on purpose"))));
         assert!(caught.is_err());
-        pool.spawn(|| panic!("on purpose, in a spawned job"));
+        pool.spawn(|| panic!("on purpose, in a spawned job")).expect("memory");
         let (send, receive) = mpsc::channel();
-        pool.spawn(move || send.send(7).expect("receiver waits"));
+        pool.spawn(move || send.send(7).expect("receiver waits")).expect("memory");
         assert_eq!(receive.recv(), Ok(7));
     }
 
@@ -223,12 +262,45 @@ mod tests {
     fn drop_waits_for_spawned_jobs() {
         let (send, receive) = mpsc::channel();
         let pool = Pool::new(Some(1)).expect("threads");
-        pool.spawn(move || {
+        let spawned = pool.spawn(move || {
             std::thread::sleep(std::time::Duration::from_millis(20));
             send.send(()).expect("receiver waits");
         });
+        spawned.expect("memory");
         drop(pool);
         assert!(receive.try_recv().is_ok());
+    }
+
+    #[test]
+    fn many_threads_come_in_while_a_job_runs_and_all_have_their_turn() {
+        struct Wait(Mutex<mpsc::Receiver<()>>);
+        impl Job for Wait {
+            fn run(&self) {
+                let _ = self.0.lock().map(|receiver| receiver.recv());
+            }
+        }
+        for threads in [1, 2, 3] {
+            let pool = Pool::new(Some(threads)).expect("threads");
+            let (send, receive) = mpsc::channel();
+            pool.start(Arc::new(Wait(Mutex::new(receive))));
+            let sum = std::thread::scope(|scope| {
+                let ask = |i: u64| {
+                    let pool = &pool;
+                    move || {
+                        (0..50)
+                            .map(|k| pool.install(|| pool.install(|| rayon::join(|| i, || k))))
+                            .map(|(i, k)| i * k)
+                            .sum::<u64>()
+                    }
+                };
+                // More than can wait at a time.
+                let askers: Vec<_> = (0..100).map(|i| scope.spawn(ask(i))).collect();
+                std::thread::sleep(std::time::Duration::from_millis(10));
+                send.send(()).expect("the job waits");
+                askers.into_iter().map(|asker| asker.join().expect("no panic")).sum::<u64>()
+            });
+            assert_eq!(sum, (0..100).sum::<u64>() * (0..50).sum::<u64>(), "{threads} threads");
+        }
     }
 
     #[cfg(target_arch = "x86_64")]

@@ -63,6 +63,22 @@ impl PartialEq for Grid {
     }
 }
 
+/// Sorts the references of each cell; `starts` is where cells begin, and where the last one ends.
+fn sort_cells(refs: &mut [AtomicU32], starts: &[u32]) {
+    let cells = starts.len() - 1;
+    let first = starts[0];
+    if cells > CHUNK {
+        let (left, right) = (&starts[..=cells / 2], &starts[cells / 2..]);
+        let (left_refs, right_refs) = refs.split_at_mut((right[0] - first) as usize);
+        rayon::join(|| sort_cells(left_refs, left), || sort_cells(right_refs, right));
+        return;
+    }
+    for pair in starts.windows(2) {
+        let cell = (pair[0] - first) as usize..(pair[1] - first) as usize;
+        refs[cell].sort_unstable_by_key(|prim| prim.load(Relaxed));
+    }
+}
+
 impl Default for Grid {
     /// The grid of nothing.
     fn default() -> Self {
@@ -161,20 +177,7 @@ impl Grid {
                 refs[cursor.fetch_add(1, Relaxed) as usize].store(prim as u32, Relaxed);
             });
         });
-        let mut parts: Vec<(&mut [AtomicU32], &[u32])> = Vec::new();
-        let mut rest = &mut refs[..];
-        for first in (0..cells).step_by(CHUNK) {
-            let borders = &starts[first..=(first + CHUNK).min(cells)];
-            let (these, others) = rest.split_at_mut((borders[borders.len() - 1] - borders[0]) as usize);
-            parts.push((these, borders));
-            rest = others;
-        }
-        parts.into_par_iter().for_each(|(refs, borders)| {
-            for pair in borders.windows(2) {
-                let cell = (pair[0] - borders[0]) as usize..(pair[1] - borders[0]) as usize;
-                refs[cell].sort_unstable_by_key(|prim| prim.load(Relaxed));
-            }
-        });
+        sort_cells(&mut refs, &starts);
         (self.starts, self.refs, self.cursors) = (starts, refs, cursors);
         Ok(())
     }

@@ -144,7 +144,7 @@ impl LazyBvh {
         nodes.extend(topology.children.iter().map(|&children| Node8 { children, ..Node8::EMPTY }));
         let vertices = filled(Vec::new(), topology.vertices.len(), Vec4::ZERO)?;
         let places = topology.segments.iter().map(|s| (s.nodes.clone(), s.held.clone()));
-        let parts = OnTouch::new(nodes, vertices, places);
+        let parts = OnTouch::new(nodes, vertices, places)?;
         let prim_count = mesh.triangles.len();
         let (revived, touched) = (AtomicBool::new(false), Touched::default());
         Ok(Self { topology, parts, source, bounds, prim_count, revived, touched, links: None })

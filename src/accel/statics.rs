@@ -376,13 +376,16 @@ impl Statics {
             // Without a thread all stays as it is; the next update tries again.
             let Ok(thread) = Pool::new(Some(1)) else { return };
             let result = result.clone();
-            thread.spawn(move || {
+            let spawned = thread.spawn(move || {
                 let built = build_sah(&mesh);
                 drop(mesh);
                 if let Ok(mut result) = result.lock() {
                     *result = Some(built);
                 }
             });
+            if spawned.is_err() {
+                return;
+            }
             pool = Some(thread);
         }
         self.task = Some(Task { pool, process: std::process::id(), result, members });

@@ -3,6 +3,7 @@
 //! Every method of [`super::Context`] returns an [`Error`] and has then changed nothing. The C face hands it to
 //! [`super::Context::latch`], which keeps the first one until [`super::Context::get_error`] reads it.
 
+use crate::memory::OutOfMemory;
 use std::borrow::Cow;
 use std::fmt;
 
@@ -65,6 +66,12 @@ impl fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
+
+impl From<OutOfMemory> for Error {
+    fn from(_: OutOfMemory) -> Self {
+        Self::out_of_memory()
+    }
+}
 
 impl From<std::collections::TryReserveError> for Error {
     fn from(_: std::collections::TryReserveError) -> Self {

@@ -3,9 +3,9 @@
 //! Commands wait in a list and are applied, in order, when the next frame or commit starts; so a frame sees the scene as it was at
 //! its start, and queries between frames see the frame before.
 
-use super::flight::{Flight, FrameFailure, OnDone, World, guarded};
+use super::flight::{Flight, FrameFailure, OnDone, Order, World, guarded};
 use crate::frame::{FrameStats, Framebuffer, Target};
-use crate::render::Renderer;
+use crate::render::{RenderError, Renderer};
 use crate::scene::{Command, FrameDesc, Scene};
 use crate::simd::Level;
 use crate::threads::{Pool, ThreadError, with_default_floats};
@@ -38,7 +38,9 @@ pub struct Local {
     level: Level,
     /// None while a frame is in flight, and for good after a fork in mid-frame.
     world: Option<Box<World>>,
-    flight: Option<Arc<Flight>>,
+    flight: Arc<Flight>,
+    /// The world is with `flight`, or on its way.
+    in_flight: bool,
     /// Outcome of a flight that a query has waited for; the application has yet to ask.
     outcome: Option<Result<FrameStats, FrameFailure>>,
     /// Not yet applied.
@@ -55,15 +57,18 @@ impl Local {
     /// The system refuses a thread.
     pub fn new(threads: Option<usize>, level: Level) -> Result<Self, BackendError> {
         let pool = Pool::new(threads).map_err(BackendError::Threads)?;
-        let world = World { scene: Scene::default(), renderer: Renderer::new(level), last_frame: None };
+        let (scene, renderer) = (Scene::default(), Renderer::new(level));
+        let world = World { scene, renderer, last_frame: None, spare: FrameDesc::default() };
+        let cancel = Arc::new(AtomicBool::new(false));
         Ok(Self {
             pool,
             level,
             world: Some(Box::new(world)),
-            flight: None,
+            flight: Flight::new(cancel.clone()),
+            in_flight: false,
             outcome: None,
             pending: Vec::new(),
-            cancel: Arc::new(AtomicBool::new(false)),
+            cancel,
             small_batches: 0,
         })
     }
@@ -99,6 +104,16 @@ impl Local {
         self.land()
     }
 
+    /// The memory of an older frame's description, for the next one's. Waits for the frame in flight.
+    ///
+    /// # Errors
+    /// As [`Local::ready`].
+    pub fn spare_frame(&mut self) -> Result<FrameDesc, FrameFailure> {
+        self.land()?;
+        let world = self.world.as_mut().expect("land() has put the world back");
+        Ok(std::mem::take(&mut world.spare))
+    }
+
     /// Starts rendering `frame`, after the one in flight.
     ///
     /// # Errors
@@ -114,9 +129,8 @@ impl Local {
         self.apply_pending()?;
         let world = self.world.take().expect("land() has put the world back");
         self.cancel.store(false, Ordering::Relaxed);
-        let flight = Flight::new(self.cancel.clone());
-        self.flight = Some(flight.clone());
-        self.pool.spawn(move || flight.run(world, frame, target, on_done));
+        self.in_flight = true;
+        self.flight.start(&self.pool, Order { world, frame, target, on_done });
         Ok(())
     }
 
@@ -131,12 +145,12 @@ impl Local {
 
     /// Whether the pixels of the frame that was started are there.
     pub fn is_frame_done(&self) -> bool {
-        self.flight.as_ref().is_none_or(|f| f.is_done())
+        !self.in_flight || self.flight.is_done()
     }
 
     /// Waits up to `timeout` for the frame; whether it has ended.
     pub fn wait_frame(&self, timeout: Duration) -> bool {
-        self.flight.as_ref().is_none_or(|f| f.wait_timeout(timeout))
+        !self.in_flight || self.flight.wait_timeout(timeout)
     }
 
     /// Raised by whoever wants the frame in flight to stop early; lowered when a frame starts.
@@ -155,7 +169,7 @@ impl Local {
         let pool = &self.pool;
         guarded(|| {
             let stats = pool.install(|| world.renderer.commit(&world.scene, &frame))?;
-            world.last_frame = Some(frame);
+            world.show(frame);
             Ok(stats)
         })
     }
@@ -166,7 +180,8 @@ impl Local {
     /// As [`Local::finish_frame`].
     pub fn pick(&mut self, x: f32, y: f32) -> Result<Option<Hit>, FrameFailure> {
         let world = self.resting_world()?;
-        guarded(|| Ok(with_default_floats(|| world.renderer.pick(&world.scene, x, y))))
+        let hit = || world.renderer.pick(&world.scene, x, y).map_err(|error| RenderError::from(error).into());
+        guarded(|| with_default_floats(hit))
     }
 
     /// Size of the framebuffer of the frame last committed or rendered.
@@ -199,8 +214,8 @@ impl Local {
     /// The world, when no frame is in flight any more. Its threads may be missing, after a fork.
     #[inline]
     pub(super) fn resting_world(&mut self) -> Result<&World, FrameFailure> {
-        if let Some(flight) = self.flight.take() {
-            let (world, outcome) = flight.wait()?;
+        if std::mem::take(&mut self.in_flight) {
+            let (world, outcome) = self.flight.wait()?;
             self.world = Some(world);
             self.outcome = Some(outcome);
         }
@@ -221,9 +236,9 @@ impl Drop for Local {
     /// Waits for the frame in flight, because it may be writing to the application's memory.
     fn drop(&mut self) {
         self.cancel.store(true, Ordering::Relaxed);
-        if let Some(flight) = self.flight.take() {
+        if self.in_flight {
             // In a forked child there is nothing to wait for.
-            let _ = flight.wait();
+            let _ = self.flight.wait();
         }
     }
 }

@@ -166,11 +166,11 @@ fn check(what: &str, w: &World) -> u32 {
     for level in Level::available() {
         let mut world = TwoLevel::new(level);
         world.update(&w.scene, &w.frame.instances);
-        let mut cache = TextureCache::default();
-        cache.update(&w.scene);
-        let scene = ShadeScene::new(&w.scene, &w.frame, &cache, &mut SurfaceUse::default());
+        let mut memory = ShadeMemory::default();
+        memory.update(&w.scene).expect("memory");
+        let scene = ShadeScene::new(&w.scene, &w.frame, &mut memory).expect("memory");
         let cone = scene.camera.cone(SIZE as f32, 1.0);
-        let mut workers = [0, 1].map(|_| Worker::new(&scene, Tracer::new(&world)));
+        let mut workers = [0, 1].map(|_| Worker::new(&scene, Tracer::new(&world), WorkerMemory::default()));
         let mut answers = [0, 1].map(|_| Samples::new());
         let mut camera = CameraPacket::new();
         for (number, packet) in (0..(SIZE / PACKET_SIZE).pow(2)).enumerate() {
@@ -277,7 +277,7 @@ fn rays_of_a_packet_are_those_of_the_camera() {
     ];
     for (i, camera) in cameras.into_iter().enumerate() {
         w.frame.camera = camera;
-        let camera = compile_camera(&w.scene, &w.frame);
+        let camera = compile_camera(&w.scene, &w.frame, &Blocks::default());
         for (level, step) in Level::available().flat_map(|level| [(level, 1), (level, 5)]) {
             let mask = 0xffff_00ff_1234_8001;
             let (pixel, offset) = ([16, 8], Vec2::new(0.3, 0.9));

@@ -6,12 +6,11 @@
 //! Of a sub-sampled frame a tile holds nodes ([`crate::frame::Lattice`]) instead of neighbouring pixels: the packets are
 //! packets still, of rays that are farther apart.
 
+use super::desk::Desk;
 use super::frameless::Turn;
 use crate::frame::{BLOCK_PIXELS, Block, NO_INSTANCE, Pixel, TILE_SIZE, Tile, TileRect, block_place};
 use crate::scene::{FrameDesc, Viewport};
-use crate::shade::{
-    CameraPacket, Cone, PACKET_SIZE, RayCounts, Samples, Seen, ShadeScene, Wanted, Worker, pixel_pattern, place,
-};
+use crate::shade::{Cone, PACKET_SIZE, RayCounts, Samples, Seen, ShadeScene, Wanted, Worker, place};
 use crate::simd::{Level, bits, prefetch_at};
 use crate::trace::{Hit, RayPacket, Tracer};
 use glam::{Vec2, Vec4};
@@ -28,14 +27,6 @@ pub struct TileJob<'a> {
     base: [u32; 2],
     /// Sends primary rays only, whatever the frame asks for.
     primary_only: bool,
-}
-
-/// What a thread needs from tile to tile.
-pub struct TileWorker<'a> {
-    worker: Worker<'a>,
-    camera: CameraPacket,
-    samples: Samples,
-    sums: Box<[Vec4; RayPacket::RAYS]>,
 }
 
 /// Packets along each side of a tile.
@@ -63,34 +54,21 @@ impl<'a> TileJob<'a> {
         self.frame.samples <= 1 && self.scene.is_primary_only()
     }
 
-    /// What one thread works with.
-    pub fn worker(&self) -> TileWorker<'a> {
-        TileWorker {
-            worker: if self.primary_only {
-                Worker::primary_only(self.scene, self.tracer)
-            } else {
-                Worker::new(self.scene, self.tracer)
-            },
-            camera: CameraPacket::new(),
-            samples: Samples::new(),
-            sums: Box::new([Vec4::ZERO; RayPacket::RAYS]),
-        }
-    }
-
     /// Renders the pixels of `visible`, a part of the tile at `origin`, whose `turn` it is. `rounds` frames are already averaged in
     /// the tile; 0 overwrites it.
     pub fn render(
         &self,
-        worker: &mut TileWorker<'a>,
+        desk: &mut Desk,
         origin: [u32; 2],
         visible: TileRect,
         turn: Option<Turn>,
         rounds: u32,
         pixels: &mut Tile,
     ) -> RayCounts {
-        let TileWorker { worker, camera, samples, sums } = worker;
-        worker.counts = RayCounts::default();
-        let pattern = pixel_pattern(if self.primary_only { 1 } else { self.frame.samples.max(1) }, rounds);
+        let Desk { memory, camera, samples, pattern, sums } = desk;
+        let new = if self.primary_only { Worker::primary_only } else { Worker::new };
+        let mut worker = new(self.scene, self.tracer, std::mem::take(memory));
+        let pattern = pattern.of(if self.primary_only { 1 } else { self.frame.samples }, rounds);
         let at_once = pattern.len() == 1 && rounds == 0;
         let Viewport { x, y, width, height } = self.frame.viewport;
         let size = Vec2::new(width as f32, height as f32);
@@ -103,7 +81,7 @@ impl<'a> TileJob<'a> {
                 continue;
             }
             let pixel = [0, 1].map(|k| self.base[k] + stored[k] * self.step);
-            for (i, &offset) in (0..).zip(&pattern) {
+            for (i, &offset) in (0..).zip(pattern) {
                 let number = rounds.wrapping_mul(pattern.len() as u32).wrapping_add(i);
                 let corner = Vec2::new(from(pixel[0], x), from(pixel[1], y));
                 let wanted = Wanted { pixel, corner, step: self.step, last, mask, number, offset };
@@ -135,7 +113,9 @@ impl<'a> TileJob<'a> {
                 }
             }
         }
-        worker.counts
+        let counts = worker.counts;
+        *memory = worker.into_memory();
+        counts
     }
 
     fn level(&self) -> Level {

@@ -179,12 +179,15 @@ impl Scene {
             }
             Command::DefineShader { name, class } => {
                 if let Some(class) = self.classes.get(&class) {
-                    self.shaders.insert(name, Shader::new(class.clone()));
+                    self.shaders.insert(name, Shader::new(class.clone(), self.epoch));
                 }
             }
             Command::SetParameter { shader, param, value } => {
-                if let Some(slot) = self.shaders.get_mut(&shader).and_then(|s| s.values.get_mut(param as usize)) {
+                if let Some(shader) = self.shaders.get_mut(&shader)
+                    && let Some(slot) = shader.values.get_mut(param as usize)
+                {
                     *slot = value;
+                    shader.version = self.epoch;
                 }
             }
             Command::DeleteShader { name } => {

@@ -87,13 +87,15 @@ impl ShaderClass {
 pub struct Shader {
     pub class: Arc<ShaderClass>,
     pub values: Vec<ParamValue>,
+    /// The epoch of the last change; no two shaders share one.
+    pub version: u64,
 }
 
 impl Shader {
     /// A shader with the default values of its class.
-    pub fn new(class: Arc<ShaderClass>) -> Self {
+    pub fn new(class: Arc<ShaderClass>, version: u64) -> Self {
         let values = class.params.iter().map(|p| p.default.clone()).collect();
-        Self { class, values }
+        Self { class, values, version }
     }
 
     /// Value of the parameter called `name`, if the class has it.

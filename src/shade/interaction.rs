@@ -49,7 +49,7 @@ impl<'a> Interaction<'a> {
         let corners = [mesh.positions[i0], mesh.positions[i1], mesh.positions[i2]];
         let weights = weights(hit.u, hit.v);
         let local = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
-        let position = placed.world_from_object.transform_point3(local);
+        let position = placed.point(local);
 
         let (object_normal, _) = scaled_normal(&corners);
         let mut geometric_normal = placed.normal(object_normal).normalize_or(-ray.dir);

@@ -219,11 +219,11 @@ impl<'a> Worker<'a> {
         if mesh.params.is_empty() {
             return user.program.shade(user.block.bytes(), &mut Context { worker: self, it, bounce });
         }
-        let mut memory = self.scratch.pop().unwrap_or_default();
+        let mut memory = self.memory.patches.pop().unwrap_or_default();
         let weights = [1.0 - point.barycentric.x - point.barycentric.y, point.barycentric.x, point.barycentric.y];
         let block = user.block.patched(&mut memory, user.shader, &user.class, mesh, point.primitive, weights);
         let color = user.program.shade(block, &mut Context { worker: self, it, bounce });
-        self.scratch.push(memory);
+        self.memory.patches.push(memory);
         color
     }
 }

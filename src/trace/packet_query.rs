@@ -9,6 +9,7 @@ use super::packet_scene::{Scratch, traverse};
 use super::shells::Shells;
 use super::tracer::WORTH_A_PACKET;
 use super::{Hit, Kernels, Ray, Scope, Tracer};
+use crate::memory::{OutOfMemory, boxed};
 use crate::simd::bits;
 use glam::Vec3;
 
@@ -67,6 +68,12 @@ impl PacketMemory {
     /// About 12 KB.
     pub fn new() -> Self {
         Self(Box::new(Scratch::new()))
+    }
+
+    /// # Errors
+    /// The memory is not there.
+    pub fn try_new() -> Result<Self, OutOfMemory> {
+        Ok(Self(boxed(Scratch::new())?))
     }
 }
 
