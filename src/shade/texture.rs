@@ -299,7 +299,7 @@ mod tests {
             transform: Affine2::from_scale_angle_translation(Vec2::splat(2.0), 0.0, Vec2::new(0.25, 0.0)),
             ..Texture::default()
         };
-        let t = CompiledTexture::new(&Arc::new(source)).unwrap();
+        let t = CompiledTexture::new(&Arc::new(source)).expect("memory").expect("an image");
         assert_eq!((red(&t, 0.0, 0.0), red(&t, 0.25, 0.0), red(&t, 0.5, 0.0)), (0.0, 100.0, 0.0));
         // A footprint of half the surface's square is twice the image.
         assert!((t.lookup(Vec2::ZERO, 0.5).x * 255.0 - 50.0).abs() < 1e-3);
