@@ -20,7 +20,7 @@
 //! | [`accel`] | acceleration structures and how they are brought up to date |
 //! | [`frame`] | colours to pixels: framebuffer, pixel formats, image files |
 //! | [`scene`] | retained definitions: meshes, instances, shaders, textures. Knows nothing of rays |
-//! | [`simd`], [`threads`] | shelves: vectors and instruction sets; the thread pool |
+//! | [`simd`], [`threads`], [`memory`], [`quiet`] | shelves: vectors and instruction sets; the thread pool; memory that is asked for; panics of codecs as errors |
 
 pub mod api;
 pub mod capi;
@@ -36,6 +36,8 @@ pub mod scene;
 pub mod shade;
 pub mod trace;
 
+pub mod memory;
+pub mod quiet;
 pub mod simd;
 pub mod threads;
 

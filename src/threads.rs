@@ -9,23 +9,33 @@
 //! * Workers start with the *default floating-point environment*. Threads inherit MXCSR from their creator, so a host that runs with
 //!   flush-to-zero would otherwise get other pictures. The caller's own register is never written.
 //! * Dropping the pool ends and joins the workers, so that no thread of ours outlives the library.
+//! * Work from outside comes in without allocating (`conductor`). What rayon allocates later than a worker's start, it does before [`Pool::new`] returns.
 //!
-//! [`OnTouch`] is the other thing here that threads share: arrays that are brought up to date part by part, by whoever needs a part first.
+//! Two other things here are shared by threads: [`Desks`], which they work at, and [`OnTouch`]: arrays that are brought up to date part by part, by whoever needs a part first.
 //!
 //! Never hold a lock across [`Pool::install`] or a rayon `join`: a waiting worker steals work that may want the same lock.
 
+mod conductor;
+mod desks;
 mod float_environment;
+mod gate;
 mod on_touch;
+mod spawn;
 
+use self::conductor::{Door, Order};
+use self::gate::Gate;
+use self::spawn::Thread;
+use crate::memory::{OutOfMemory, behind, boxed, vec_of};
+pub use desks::Desks;
 pub use float_environment::with_default_floats;
 pub use on_touch::{OnTouch, Place};
 
 use std::fmt;
 use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicPtr, Ordering};
-use std::thread::JoinHandle;
+use std::sync::{Arc, Mutex};
 
 /// More workers than this are never started, whatever the environment says.
 pub const MAX_THREADS: usize = 1024;
@@ -36,11 +46,27 @@ const STACK_BYTES: usize = 8 << 20;
 /// What threads of Rust programs have.
 const ASIDE_STACK_BYTES: usize = 2 << 20;
 
+/// What rayon takes for a worker, at most, and for a pool. Only the system's memory is meant, which need not be touched.
+const WORKER_BYTES: usize = 4 << 10;
+const POOL_BYTES: usize = 64 << 10;
+
 /// Why no pool could be started.
 #[derive(Debug)]
 pub struct ThreadError {
     threads: usize,
     cause: String,
+    no_memory: bool,
+}
+
+impl ThreadError {
+    fn new(threads: usize, cause: &dyn fmt::Display, no_memory: bool) -> Self {
+        Self { threads, cause: cause.to_string(), no_memory }
+    }
+
+    /// Whether it was for want of memory.
+    pub fn is_out_of_memory(&self) -> bool {
+        self.no_memory
+    }
 }
 
 impl fmt::Display for ThreadError {
@@ -58,11 +84,18 @@ pub struct Pool {
     workers: AtomicPtr<Workers>,
 }
 
+/// Work that somebody keeps, and has a pool do again and again: handing it over allocates nothing.
+pub trait Job: Send + Sync {
+    /// Runs on a worker. A panic ends there.
+    fn run(&self);
+}
+
 /// The workers of one process.
 struct Workers {
     pid: u32,
     pool: rayon::ThreadPool,
-    handles: Mutex<Vec<JoinHandle<()>>>,
+    door: Arc<Door>,
+    handles: Mutex<Vec<Thread>>,
 }
 
 impl Pool {
@@ -96,15 +129,33 @@ impl Pool {
     /// # Panics
     /// In a forked child that cannot start workers; call [`Pool::ensure`] first to get that as an error.
     pub fn install<R: Send>(&self, f: impl FnOnce() -> R + Send) -> R {
-        self.workers().unwrap_or_else(|error| panic!("after fork: {error}")).pool.install(f)
+        let Workers { pool, door, .. } = self.present();
+        // A worker would wait for itself.
+        if pool.current_thread_index().is_some() { f() } else { door.lend(f, |f| pool.install(f)) }
+    }
+
+    /// Runs `job` on a worker some time soon.
+    ///
+    /// # Panics
+    /// As [`Pool::install`].
+    pub fn start(&self, job: Arc<dyn Job>) {
+        self.present().door.put(Order::Job(job));
     }
 
     /// Runs `f` on a worker some time soon. A panic of `f` ends there.
     ///
+    /// # Errors
+    /// No memory for a copy of `f`.
+    ///
     /// # Panics
     /// As [`Pool::install`].
-    pub fn spawn(&self, f: impl FnOnce() + Send + 'static) {
-        self.workers().unwrap_or_else(|error| panic!("after fork: {error}")).pool.spawn(f)
+    pub fn spawn(&self, f: impl FnOnce() + Send + 'static) -> Result<(), OutOfMemory> {
+        self.present().door.put(Order::Once(boxed(f)?));
+        Ok(())
+    }
+
+    fn present(&self) -> &Workers {
+        self.workers().unwrap_or_else(|error| panic!("after fork: {error}"))
     }
 
     /// The workers of this process.
@@ -145,47 +196,65 @@ impl Drop for Pool {
 
 impl Workers {
     fn start(threads: usize) -> Result<Workers, ThreadError> {
-        let mut handles = Vec::with_capacity(threads);
-        let built = rayon::ThreadPoolBuilder::new()
+        let no_memory = |error: OutOfMemory| ThreadError::new(threads, &error, true);
+        let mut handles = vec_of(threads).map_err(no_memory)?;
+        let gate = Gate::new(threads).map_err(no_memory)?;
+        let builder = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             // Without a handler, a panicking job would abort the host. The panic hook has already reported it.
             .panic_handler(|_| {})
             .spawn_handler(|worker| {
                 let name = format!("openrt-{}", worker.index());
+                let way = gate.way();
                 let body = move || {
                     float_environment::set_default();
-                    worker.run();
+                    if way.is_free() {
+                        worker.run();
+                    }
                 };
-                let handle = std::thread::Builder::new().name(name).stack_size(STACK_BYTES).spawn(body)?;
-                handles.push(handle);
+                handles.push(spawn::spawn(&name, STACK_BYTES, body)?);
                 io::Result::Ok(())
-            })
-            .build();
-        match built {
-            Ok(pool) => Ok(Workers { pid: std::process::id(), pool, handles: Mutex::new(handles) }),
-            Err(error) => {
-                // rayon has told those that run to stop.
-                for handle in handles {
-                    let _ = handle.join();
+            });
+        match behind(POOL_BYTES + threads * WORKER_BYTES, || builder.build()).map_err(no_memory)? {
+            Ok(pool) => {
+                if let Err(error) = gate.open() {
+                    drop(pool);
+                    handles.into_iter().for_each(Thread::join);
+                    return Err(no_memory(error));
                 }
-                Err(ThreadError { threads, cause: error.to_string() })
+                // Whoever looks for work the first time allocates; so each does it here.
+                pool.broadcast(|_| ());
+                let door = Arc::new(Door::new());
+                let of_conductor = door.clone();
+                pool.spawn(move || of_conductor.conduct());
+                Ok(Workers { pid: std::process::id(), pool, door, handles: Mutex::new(handles) })
+            }
+            Err(error) => {
+                gate.close();
+                handles.into_iter().for_each(Thread::join);
+                Err(ThreadError::new(threads, &error, is_out_of_memory(&error)))
             }
         }
     }
 
     /// Ends the workers after their jobs and waits for them; from a worker itself it cannot wait.
     fn end(self) {
-        let Workers { pool, handles, .. } = self;
+        let Workers { pool, door, handles, .. } = self;
         let is_worker = pool.current_thread_index().is_some();
+        door.close();
         drop(pool);
         if is_worker {
             return;
         }
         let handles = handles.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-        for handle in handles {
-            let _ = handle.join();
-        }
+        handles.into_iter().for_each(Thread::join);
     }
+}
+
+/// Whether an error is one of the system, which has no memory.
+fn is_out_of_memory(error: &rayon::ThreadPoolBuildError) -> bool {
+    let cause = std::error::Error::source(error).and_then(|cause| cause.downcast_ref::<io::Error>());
+    cause.is_some_and(|cause| cause.kind() == io::ErrorKind::OutOfMemory)
 }
 
 /// Runs `f` on a thread of its own and waits for it; an inner error is the panic of `f`. For what needs more stack than an
@@ -194,16 +263,16 @@ impl Workers {
 /// # Errors
 /// The system refuses a thread.
 pub fn aside<R: Send>(f: impl FnOnce() -> R + Send) -> Result<std::thread::Result<R>, ThreadError> {
-    std::thread::scope(|scope| {
-        let body = || {
-            float_environment::set_default();
-            f()
-        };
-        let thread = std::thread::Builder::new().name("openrt-aside".into()).stack_size(ASIDE_STACK_BYTES);
-        let thread = thread.spawn_scoped(scope, body);
-        let thread = thread.map_err(|error| ThreadError { threads: 1, cause: error.to_string() })?;
-        Ok(thread.join())
-    })
+    let mut outcome = None;
+    let place = &mut outcome;
+    let body = move || {
+        float_environment::set_default();
+        *place = Some(catch_unwind(AssertUnwindSafe(f)));
+    };
+    // SAFETY: it is waited for before anything that it borrows ends.
+    let thread = unsafe { spawn::spawn_unbounded("openrt-aside", ASIDE_STACK_BYTES, body) };
+    thread.map_err(|error| ThreadError::new(1, &error, error.kind() == io::ErrorKind::OutOfMemory))?.join();
+    Ok(outcome.expect("the thread has run to its end"))
 }
 
 fn threads_from_environment() -> Option<usize> {
@@ -234,9 +303,9 @@ mod tests {
         let pool = Pool::new(Some(2)).expect("threads");
         let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| pool.install(|| panic!("on purpose"))));
         assert!(caught.is_err());
-        pool.spawn(|| panic!("on purpose, in a spawned job"));
+        pool.spawn(|| panic!("on purpose, in a spawned job")).expect("memory");
         let (send, receive) = mpsc::channel();
-        pool.spawn(move || send.send(7).expect("receiver waits"));
+        pool.spawn(move || send.send(7).expect("receiver waits")).expect("memory");
         assert_eq!(receive.recv(), Ok(7));
     }
 
@@ -244,12 +313,45 @@ mod tests {
     fn drop_waits_for_spawned_jobs() {
         let (send, receive) = mpsc::channel();
         let pool = Pool::new(Some(1)).expect("threads");
-        pool.spawn(move || {
+        let spawned = pool.spawn(move || {
             std::thread::sleep(std::time::Duration::from_millis(20));
             send.send(()).expect("receiver waits");
         });
+        spawned.expect("memory");
         drop(pool);
         assert!(receive.try_recv().is_ok());
+    }
+
+    #[test]
+    fn many_threads_come_in_while_a_job_runs_and_all_have_their_turn() {
+        struct Wait(Mutex<mpsc::Receiver<()>>);
+        impl Job for Wait {
+            fn run(&self) {
+                let _ = self.0.lock().map(|receiver| receiver.recv());
+            }
+        }
+        for threads in [1, 2, 3] {
+            let pool = Pool::new(Some(threads)).expect("threads");
+            let (send, receive) = mpsc::channel();
+            pool.start(Arc::new(Wait(Mutex::new(receive))));
+            let sum = std::thread::scope(|scope| {
+                let ask = |i: u64| {
+                    let pool = &pool;
+                    move || {
+                        (0..50)
+                            .map(|k| pool.install(|| pool.install(|| rayon::join(|| i, || k))))
+                            .map(|(i, k)| i * k)
+                            .sum::<u64>()
+                    }
+                };
+                // More than can wait at a time.
+                let askers: Vec<_> = (0..100).map(|i| scope.spawn(ask(i))).collect();
+                std::thread::sleep(std::time::Duration::from_millis(10));
+                send.send(()).expect("the job waits");
+                askers.into_iter().map(|asker| asker.join().expect("no panic")).sum::<u64>()
+            });
+            assert_eq!(sum, (0..100).sum::<u64>() * (0..50).sum::<u64>(), "{threads} threads");
+        }
     }
 
     #[cfg(target_arch = "x86_64")]

@@ -117,7 +117,7 @@ fn closest_hits_agree_with_exact_geometry() {
             };
             hit_count += 1;
             let t_hit = f64::from(hit.t);
-            match verdicts[hit.prim as usize] {
+            match verdicts[hit.primitive as usize] {
                 Verdict::Miss => panic!("the triangle is surely missed: {}", what()),
                 Verdict::Hit { t, tolerance } => {
                     sure += 1;
@@ -227,7 +227,7 @@ fn equal_instances_and_equal_triangles_give_the_lowest_numbers() {
     for (strategy, level, top) in combinations() {
         let built = world.build(&pool, strategy, level, top);
         let hit = Tracer::new(&built).intersect(&Ray::new(Vec3::new(0.1, 0.0, -3.0), Vec3::Z)).expect("in the way");
-        assert_eq!((hit.instance, hit.prim), (1, 1), "{} at {}, {top:?}", strategy.name(), level.name());
+        assert_eq!((hit.instance, hit.primitive), (1, 1), "{} at {}, {top:?}", strategy.name(), level.name());
     }
 }
 
@@ -283,7 +283,7 @@ fn extreme_scales_are_hit_where_they_are() {
                 let distance = f64::from(hit.t) * dir.as_dvec3().length();
                 assert!((0.85..1.15).contains(&distance), "scale {scale:e}, length {length:e}: {hit:?}");
                 // Its distance is beyond f32.
-                let denormal = tracer.intersect(&Ray { dir: dir / length * 1e-42, ..ray });
+                let denormal = tracer.intersect(&Ray { direction: dir / length * 1e-42, ..ray });
                 assert_eq!(denormal.map(|h| h.t), Some(f32::MAX));
                 assert!((-1e-3..=1.001).contains(&hit.u) && (-1e-3..=1.001).contains(&hit.v), "{hit:?}");
             }
@@ -298,14 +298,14 @@ fn broken_rays_hit_nothing() {
     let (nan, inf) = (f32::NAN, f32::INFINITY);
     let plain = Ray::new(Vec3::ZERO, Vec3::X);
     let broken = [
-        Ray { org: Vec3::new(nan, 0.0, 0.0), ..plain },
-        Ray { org: Vec3::new(0.0, inf, 0.0), ..plain },
-        Ray { org: Vec3::splat(1e30), ..plain },
-        Ray { dir: Vec3::ZERO, ..plain },
-        Ray { dir: Vec3::new(nan, 1.0, 0.0), ..plain },
-        Ray { dir: Vec3::new(1.0, nan, 0.0), ..plain },
-        Ray { dir: Vec3::new(1.0, -inf, 0.0), ..plain },
-        Ray { dir: Vec3::NAN, ..plain },
+        Ray { origin: Vec3::new(nan, 0.0, 0.0), ..plain },
+        Ray { origin: Vec3::new(0.0, inf, 0.0), ..plain },
+        Ray { origin: Vec3::splat(1e30), ..plain },
+        Ray { direction: Vec3::ZERO, ..plain },
+        Ray { direction: Vec3::new(nan, 1.0, 0.0), ..plain },
+        Ray { direction: Vec3::new(1.0, nan, 0.0), ..plain },
+        Ray { direction: Vec3::new(1.0, -inf, 0.0), ..plain },
+        Ray { direction: Vec3::NAN, ..plain },
         Ray { tmax: nan, ..plain },
         Ray { tmax: -1.0, ..plain },
         Ray { tmin: 2.0, tmax: 1.0, ..plain },

@@ -89,7 +89,7 @@ impl Stage {
         let mut fresh = TwoLevel::new(Level::detect());
         fresh.force_strategy(Some(Strategy::Sah));
         self.pool.install(|| fresh.update(&self.scene, &self.instances));
-        let bits = |h: &Option<Hit>| h.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim, h.object]);
+        let bits = |h: &Option<Hit>| h.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.object]);
         let [seen, expected] = [&self.world, &fresh].map(|world| {
             let mut hits = vec![None; rays.len()];
             let tracer = Tracer::new(world);

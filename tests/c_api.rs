@@ -85,6 +85,11 @@ fn child_of_fork_renders() {
 }
 
 #[test]
+fn cancelled_frames_end_soon() {
+    passes("cancel", Link::Static, no_arguments);
+}
+
+#[test]
 fn a_defect_does_not_end_the_program() {
     passes("panic", Link::Static, no_arguments);
 }

@@ -102,8 +102,9 @@ fn after_includes() -> String {
            * Coordinates are right-handed, matrices are stored column by column, angles are in degrees. The first row of a picture is\n \
            * the lowest. Colours are linear unless said otherwise.\n *\n \
            * A context is used by one thread at a time: the one on which it is current. Rendering is parallel inside the library. After\n \
-           * fork() the child may go on using the context of the forking thread. The library does not change the floating-point\n \
-           * environment of the caller, and flushing of denormals there does not change pictures. */"
+           * fork() the child may go on using the context of the forking thread; a frame that was being rendered is the parent's, and\n \
+           * rtEndRendering() in the child is RT_INVALID_OPERATION. The library does not change the floating-point environment of the\n \
+           * caller, and flushing of denormals there does not change pictures. */"
 }
 
 /// cbindgen writes all constants in decimal.

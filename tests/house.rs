@@ -10,24 +10,26 @@ use std::path::{Path, PathBuf};
 
 /// Rooms and the rooms each may use, in the order in which data flows. A room may always use itself.
 const ROOMS: &[(&str, &[&str])] = &[
-    ("capi", &["load", "api"]),
+    ("capi", &["load", "api", "memory"]),
     // A user of the library like any other, so of the public API alone.
-    ("load", &["api"]),
+    ("load", &["api", "quiet"]),
     // Of `trace` the plain types Ray and Hit, which callers of the API see.
-    ("api", &["backend", "trace", "scene", "frame"]),
-    ("backend", &["render", "trace", "scene", "frame", "simd", "threads"]),
-    ("render", &["shade", "trace", "accel", "frame", "scene", "simd", "threads"]),
-    ("shade", &["trace", "scene", "simd"]),
-    ("trace", &["accel", "scene", "simd"]),
-    ("accel", &["scene", "simd", "threads"]),
-    ("frame", &[]),
-    ("scene", &[]),
+    ("api", &["backend", "trace", "scene", "frame", "memory"]),
+    ("backend", &["render", "trace", "scene", "frame", "simd", "threads", "memory", "quiet"]),
+    ("render", &["shade", "trace", "accel", "frame", "scene", "simd", "threads", "memory"]),
+    ("shade", &["trace", "scene", "simd", "memory"]),
+    ("trace", &["accel", "scene", "simd", "memory"]),
+    ("accel", &["scene", "simd", "threads", "memory"]),
+    ("frame", &["memory"]),
+    ("scene", &["memory"]),
     ("simd", &[]),
-    ("threads", &[]),
+    ("threads", &["memory"]),
+    ("memory", &[]),
+    ("quiet", &[]),
 ];
 
 /// Rooms that may hold `unsafe`; the lint `undocumented_unsafe_blocks` asks each block for its reason.
-const UNSAFE_ROOMS: &[&str] = &["capi", "simd", "trace", "threads"];
+const UNSAFE_ROOMS: &[&str] = &["capi", "simd", "trace", "threads", "memory"];
 
 /// What the command-line program may name of the library: the safe API, not the engine.
 const PUBLIC_TO_PROGRAMS: &[&str] = &["Context", "api", "load", "scene", "frame"];
@@ -320,7 +322,7 @@ fn unsafe_stays_in_its_rooms() {
         }
     }
     assert!(seen > 0, "the C boundary cannot be without `unsafe`: the search is broken");
-    report("`unsafe` outside capi, simd, trace and threads", faults);
+    report("`unsafe` outside capi, simd, trace, threads and memory", faults);
 }
 
 #[test]

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 const RAYS: usize = 900;
 
 fn bits(hit: &Option<Hit>) -> Option<[u32; 6]> {
-    hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim, h.object, h.instance])
+    hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.object, h.instance])
 }
 
 fn rays(random: &mut Random, mesh: &Mesh) -> Vec<Ray> {

@@ -39,7 +39,7 @@ fn next_frame(cx: &mut Context) {
 }
 
 fn bits(hit: Option<Hit>) -> Option<[u32; 6]> {
-    hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim, h.object, h.instance])
+    hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.object, h.instance])
 }
 
 fn rays(random: &mut Random, n: usize) -> Vec<Ray> {
@@ -306,7 +306,7 @@ fn all_hits_of_a_ray_come_in_order_and_none_is_left_out() {
                 true
             });
             let what = format!("{}, ray {i}", strategy.name());
-            let order = |h: &Hit| (h.t, h.instance, h.prim);
+            let order = |h: &Hit| (h.t, h.instance, h.primitive);
             assert!(found.windows(2).all(|w| order(&w[0]) < order(&w[1])), "{what}: not in order");
             assert_eq!(bits(found.first().copied()), bits(queries.intersect(ray)), "{what}");
             if i < 40 {
@@ -335,7 +335,7 @@ fn brute_hits(queries: &Queries<'_>, soup: &Mesh, ray: &Ray) -> usize {
                 &Mat4::from(record.world_from_object).to_cols_array().map(f64::from),
             ));
             let [a, b, c] = corners.map(|p| world.transform_point3(p.as_dvec3()));
-            let (o, d) = (ray.org.as_dvec3(), ray.dir.as_dvec3());
+            let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
             let n = (b - a).cross(c - a);
             let t = (a - o).dot(n) / d.dot(n);
             let p = o + d * t;
@@ -379,7 +379,7 @@ fn a_hit_tells_what_lies_there() {
         let s = 0.25 * 1.0 + 0.25 * 0.5;
         assert!((surface.tex_coord.x - s).abs() < 1e-6 && (surface.tex_coord.y - (1.0 - s)).abs() < 1e-6);
         assert!((surface.color.x - s).abs() < 1e-6 && surface.color.y == 0.25 && surface.color.w == 1.0);
-        for strange in [Hit { object: 8, ..hit }, Hit { prim: 1, ..hit }, Hit { instance: 1, ..hit }] {
+        for strange in [Hit { object: 8, ..hit }, Hit { primitive: 1, ..hit }, Hit { instance: 1, ..hit }] {
             assert_eq!(snapshot.queries().surface(&ray, &strange), None);
         }
     }
@@ -426,7 +426,7 @@ fn the_nearest_point_is_that_of_brute_force() {
             assert!((f64::from(found.distance) - best).abs() < 1e-4, "point {i}: {found:?}, {best}");
             let matrix = placements[found.instance as usize].1;
             let of = if found.object == 1 { &mesh } else { &cube };
-            let [a, b, c] = of.corners(found.prim).map(|c| matrix.transform_point3(c));
+            let [a, b, c] = of.corners(found.primitive).map(|c| matrix.transform_point3(c));
             let there = a * (1.0 - found.u - found.v) + b * found.u + c * found.v;
             assert!(there.abs_diff_eq(found.position, 1e-4), "{there} {found:?}");
             assert!((found.position.distance(p) - found.distance).abs() < 1e-4);

@@ -68,7 +68,7 @@ fn every_level_gives_the_scalar_answer() {
                     assert_eq!(kernels.level(), level);
                     let mut hit = Hit::none(ray.tmax);
                     kernels.intersect(&bvh, &ray, 1, 2, &mut hit);
-                    let bits = |h: &Hit| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim, h.instance);
+                    let bits = |h: &Hit| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.instance);
                     assert_eq!(bits(&hit), bits(&expected), "{level:?}, OPENRT_SEED={seed}, ray {i}");
                     assert_eq!(
                         kernels.occluded(&bvh, &ray),

@@ -157,7 +157,7 @@ fn ray_at_cut(random: &mut Random, mesh: &Mesh, (at, prim, axis): (Vec3, u32, us
 }
 
 fn bits(hit: &Option<Hit>) -> Option<[u32; 6]> {
-    hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim, h.object, h.instance])
+    hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.object, h.instance])
 }
 
 #[test]

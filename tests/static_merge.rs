@@ -110,7 +110,7 @@ fn rays(random: &mut Random, world: &World) -> Vec<Ray> {
 }
 
 fn bits(hit: &Option<Hit>) -> Option<[u32; 6]> {
-    hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim, h.object, h.instance])
+    hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.object, h.instance])
 }
 
 type Answers = Vec<(Option<[u32; 6]>, bool)>;

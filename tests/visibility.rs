@@ -90,7 +90,7 @@ fn fine_subfields_are_made_for_many_rays_and_answer_alike() {
         let (fields, trees) = (built(&world, &pool, Strategy::VisibilityField), built(&world, &pool, Strategy::Sah));
         let mut batch = rays(&mut random, &triangles, 3000);
         // A bundle, which the same few directions serve, and rays through the room between two of its points.
-        let lines = Directions::of_level(4).lines();
+        let lines = Directions::of_level(4).expect("memory").lines();
         for i in 0..30_000 {
             let at = |random: &mut Random| lo + (hi - lo) * (random.vec() * 0.6 + 0.5);
             let from = at(&mut random);
@@ -111,7 +111,7 @@ fn fine_subfields_are_made_for_many_rays_and_answer_alike() {
         assert!(hits > 2000, "{name}: {hits} hits");
         field(&fields).validate(&world.scene.objects[&1].mesh).unwrap_or_else(|e| panic!("seed {seed}, {name}: {e}"));
         let FieldSize { resting: (subfields, refs), moving, movers } = field(&fields).size();
-        assert!(subfields > Directions::of_level(1).count(), "{name}: {subfields} subfields of {refs} references");
+        assert!(subfields > Directions::count_on(1), "{name}: {subfields} subfields of {refs} references");
         assert_eq!((moving, movers), ((0, 0), 0), "{name}");
     }
 }

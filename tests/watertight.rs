@@ -115,8 +115,8 @@ fn aimed(random: &mut Random, closed: &Closed) -> Ray {
 
 fn placed_ray(world_from_object: &DAffine3, ray: &Ray) -> Ray {
     Ray {
-        org: world_from_object.transform_point3(ray.org.as_dvec3()).as_vec3(),
-        dir: world_from_object.transform_vector3(ray.dir.as_dvec3()).as_vec3(),
+        origin: world_from_object.transform_point3(ray.origin.as_dvec3()).as_vec3(),
+        direction: world_from_object.transform_vector3(ray.direction.as_dvec3()).as_vec3(),
         ..*ray
     }
 }
@@ -208,7 +208,9 @@ fn aimed_rays_hit_the_same_triangle_through_every_structure() {
                 let tracer = Tracer::new(&built);
                 let hits: Vec<_> = rays
                     .iter()
-                    .map(|ray| tracer.intersect(ray).map(|h| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim)))
+                    .map(|ray| {
+                        tracer.intersect(ray).map(|h| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive))
+                    })
                     .collect();
                 let expected = expected.get_or_insert_with(|| hits.clone());
                 for (i, (hit, expected)) in hits.iter().zip(expected.iter()).enumerate() {

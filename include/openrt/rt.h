@@ -27,8 +27,9 @@
  * the lowest. Colours are linear unless said otherwise.
  *
  * A context is used by one thread at a time: the one on which it is current. Rendering is parallel inside the library. After
- * fork() the child may go on using the context of the forking thread. The library does not change the floating-point
- * environment of the caller, and flushing of denormals there does not change pictures. */
+ * fork() the child may go on using the context of the forking thread; a frame that was being rendered is the parent's, and
+ * rtEndRendering() in the child is RT_INVALID_OPERATION. The library does not change the floating-point environment of the
+ * caller, and flushing of denormals there does not change pictures. */
 
 /** A snapshot of a scene; see rtAcquireScene(). */
 typedef struct RTsceneView RTsceneView;
@@ -44,6 +45,9 @@ typedef struct RTshadingContext RTshadingContext;
  * names nothing.
  */
 typedef unsigned int RTuint;
+
+/** A count or a size. Signed as in OpenGL; negative values are errors, never huge numbers. */
+typedef int RTsizei;
 
 /** One of the RT_ constants. */
 typedef unsigned int RTenum;
@@ -67,9 +71,6 @@ typedef float RTfloat;
 
 /** Double precision. The engine computes in single precision, so doubles are rounded when they are read. */
 typedef double RTdouble;
-
-/** A count or a size. Signed as in OpenGL; negative values are errors, never huge numbers. */
-typedef int RTsizei;
 
 /** Signed 16-bit integer. */
 typedef short RTshort;
@@ -653,6 +654,12 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_RGB32F 0x8815
 /** Frame buffer format: four RTfloat: red, green, blue, opacity; linear, not clamped. */
 #define RT_RGBA32F 0x8814
+/** Frame buffer format: 8 bits each of blue, green, red. */
+#define RT_BGR8 0x60C0
+/** Frame buffer format: blue, green, red as linear floats. */
+#define RT_BGR32F 0x60C1
+/** Frame buffer format: blue, green, red, alpha as linear floats. */
+#define RT_BGRA32F 0x60C2
 /** String of rtGetString(): who made the library. */
 #define RT_VENDOR 0x1F00
 /** String of rtGetString(): the rendering object in use. */
@@ -735,6 +742,8 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_INSTANCE_COUNT 0x60A7
 /** State: the clear colour. */
 #define RT_COLOR_CLEAR_VALUE 0x0C22
+/** See rtJpegQuality(). */
+#define RT_JPEG_QUALITY 0x60B6
 /** See rtAmbientLight(): 3 numbers. */
 #define RT_AMBIENT_LIGHT 0x0B53
 /** State: the viewport. */
@@ -829,6 +838,8 @@ typedef const struct RTshaderClass *(*RTqueryShaderClass)(const char *name);
 #define RT_SCENE_OBJECT_NAME 0x610C
 /** Text of a loaded scene: the format of the file. */
 #define RT_SCENE_FORMAT 0x610D
+/** Object of triangles that are drawn outside objects, in hits and RT_OBJECT_ID. */
+#define RT_IMMEDIATE_OBJECT 0xFFFFFFFF
 
 #ifdef __cplusplus
 extern "C" {
@@ -841,14 +852,14 @@ extern "C" {
  * those of main(), or NULL. They are there for back-ends that take options from the command line, which then
  * are removed from it; rendering in this process takes none.
  *
- * Variables of the environment: OPENRT_NUM_THREADS (number of worker threads; otherwise as many as the process
- * may use), OPENRT_SIMD (scalar, sse, avx2 or avx512: lowers the instruction set that is used), OPENRT_ACCEL
+ * Variables of the environment: OPENRT_NUM_THREADS (number of worker threads, unless rtThreads() was called;
+ * otherwise as many as the process may use), OPENRT_SIMD (scalar, sse, avx2 or avx512: lowers the instruction set that is used), OPENRT_ACCEL
  * (bsp, sah, fast_build, refit, rotate, grid, lazy or visibility_field: an update strategy for all objects), OPENRT_TOPLEVEL (bsp or bvh: the
  * structure over the instances), OPENRT_MERGE (now or never: when RT_STATIC instances are merged; otherwise while
  * frames are rendered). Other values are ignored.
  *
  * Errors: RT_INVALID_OPERATION when it was called before without rtExit(), or a context is current on this
- * thread; RT_IO_ERROR when the system refuses threads.
+ * thread; RT_IO_ERROR when the system refuses threads; RT_OUT_OF_MEMORY.
  *
  * Threads: a context belongs to the thread on which it is current. All other functions work on the context
  * that is current on the calling thread, and report RT_INVALID_OPERATION when there is none.
@@ -867,9 +878,25 @@ RTAPI void rtExit(void);
  * Makes a further context, with objects, shaders, textures and frames of its own, and returns its name; 0 on
  * failure. It is not made current.
  *
- * Errors: RT_IO_ERROR when the system refuses threads.
+ * Errors: RT_IO_ERROR when the system refuses threads; RT_OUT_OF_MEMORY.
  */
 RTAPI RTuint rtCreateContext(void);
+
+/**
+ * As rtCreateContext(), with as many worker threads as threads says; 0 for as many as rtThreads() has said.
+ *
+ * Errors: RT_INVALID_VALUE when threads is negative or above 1024, RT_IO_ERROR when the system refuses threads.
+ */
+RTAPI RTuint rtCreateContextThreads(RTsizei threads);
+
+/**
+ * Sets how many worker threads each context has that rtInit() and rtCreateContext() make from now on, in this
+ * process; 0, as it is at first, lets OPENRT_NUM_THREADS and the system say. rtGetIntegerv(RT_THREADS, ...) tells
+ * how many the current context has.
+ *
+ * Errors: RT_INVALID_VALUE when threads is negative or above 1024.
+ */
+RTAPI void rtThreads(RTsizei threads);
 
 /**
  * Destroys a context with everything in it. A frame in flight is cancelled and waited for, so its frame buffer
@@ -972,7 +999,7 @@ RTAPI void rtTopLevel(RTenum structure);
  * RT_CURRENT_OBJECT_MODE, RT_SHADER_CLASS_BINDING, RT_SHADER_BINDING, RT_TEXTURE_BINDING_2D, RT_CAMERA,
  * RT_ENVIRONMENT, RT_CURRENT_RENDERING_OBJECT, RT_LIGHT_COUNT, RT_INSTANCE_COUNT, RT_MAX_FRAME_SIZE,
  * RT_MAX_TEXTURE_SIZE, RT_SAMPLES_PER_PIXEL, RT_MAX_SAMPLES, RT_RAY_DEPTH, RT_MAX_RAY_DEPTH, RT_THREADS,
- * RT_RENDERING, RT_FRAME_NUMBER, RT_TOPLEVEL, the parameters of rtFrameParameteri(), the capabilities of rtEnable(), and the
+ * RT_RENDERING, RT_FRAME_NUMBER, RT_TOPLEVEL, RT_JPEG_QUALITY, the parameters of rtFrameParameteri(), the capabilities of rtEnable(), and the
  * vertex arrays with their sizes, types and strides.
  *
  * Numbers that are not integers are rounded.
@@ -1050,8 +1077,8 @@ RTAPI RTuint rtGenObjects(RTsizei n);
  *
  * mode is RT_COMPILE (or RT_DEFINE), or RT_COMPILE_AND_INSTANTIATE (or RT_DEFINE_AND_INSTANTIATE) to also
  * place the object once with the matrix that is current at rtEndObject(); OR-ed with at most one of RT_STATIC,
- * RT_AFFINE (taken if none is given) and RT_UNSTRUCTURED, which say how the object will move. Wrong promises
- * cost time, not correctness.
+ * RT_AFFINE and RT_UNSTRUCTURED, which say how the object will move. Without one it stays as it is: RT_AFFINE, or
+ * what rtObjectParameteri() has set, before the first definition, too. Wrong promises cost time, not correctness.
  *
  * The matrix current at each vertex is applied to it. Matrices, bound shaders and other state are neither
  * saved nor restored by a definition.
@@ -2369,7 +2396,8 @@ RTAPI const char *rtGetLoadedSceneString(RTuint scene, RTenum pname, RTuint inde
 
 /**
  * Lets frames be stored in the application's memory: height rows of width pixels without gaps, the lowest row
- * first unless RT_ORIGIN_TOP_LEFT is enabled. format is RT_RGBA8, RT_BGRA8, RT_RGB8, RT_RGB32F or RT_RGBA32F.
+ * first unless RT_ORIGIN_TOP_LEFT is enabled. format is RT_RGBA8, RT_BGRA8, RT_RGB8, RT_BGR8, RT_RGB32F,
+ * RT_RGBA32F, RT_BGR32F or RT_BGRA32F.
  * Pixels of 8 bits hold linear values, or values on the sRGB curve when RT_FRAMEBUFFER_SRGB is enabled.
  *
  * The memory stays the application's. The library writes to it while a frame is rendered that was started with
@@ -2413,7 +2441,9 @@ RTAPI void rtViewport(RTint x, RTint y, RTsizei width, RTsizei height);
  * waits for that one. Then a new frame without instances begins.
  *
  * Errors: RT_INVALID_OPERATION without a frame buffer or viewport, when the viewport reaches beyond the frame
- * buffer, between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject(); RT_OUT_OF_MEMORY.
+ * buffer, between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject(). RT_OUT_OF_MEMORY: when the
+ * frame could not start, it is still assembled; otherwise it is over, and the picture is that of the frame before.
+ * Objects, shaders and settings are what they were in either case.
  */
 RTAPI void rtRender(void);
 
@@ -2454,8 +2484,8 @@ RTAPI RTboolean rtIsFrameDone(void);
 RTAPI RTboolean rtWaitFrame(RTuint milliseconds);
 
 /**
- * Stops the frame of rtStartRendering() early. Parts of the picture that were not begun keep what they showed
- * before. The frame still wants rtEndRendering(), and its statistics say that it was cancelled. Without a
+ * Stops the frame of rtStartRendering() early, within milliseconds: parts of the picture that are not complete keep what they
+ * showed before, and those that were begun may be of both. The frame still wants rtEndRendering(), and its statistics say that it was cancelled. Without a
  * frame this does nothing.
  *
  * Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd().
@@ -2498,7 +2528,7 @@ RTAPI void rtGetFrameStats(struct RTframeStats *stats);
 /**
  * Stores a rectangle of the last frame at pixels, row by row without gaps; row 0 is the lowest, or the topmost
  * when RT_ORIGIN_TOP_LEFT is enabled. (x, y) is the corner of the rectangle where row 0 begins to count.
- * format and type are RT_RGBA, RT_RGB or RT_BGRA with RT_UNSIGNED_BYTE; RT_RGBA or RT_RGB with RT_FLOAT;
+ * format and type are RT_RGBA, RT_RGB, RT_BGRA or RT_BGR with RT_UNSIGNED_BYTE or RT_FLOAT;
  * RT_DEPTH_COMPONENT or RT_NORMAL (three numbers) with RT_FLOAT; RT_OBJECT_ID or RT_INSTANCE_ID with
  * RT_UNSIGNED_INT. Waits for a frame that is being rendered.
  *
@@ -2508,6 +2538,14 @@ RTAPI void rtGetFrameStats(struct RTframeStats *stats);
  */
 RTAPI void rtReadPixels(RTint x, RTint y, RTsizei width, RTsizei height, RTenum format, RTenum type,
     void *pixels);
+
+/**
+ * Sets how well JPEG files that rtWriteImage() writes show the picture: 1 (small files) to 100; 92 at first.
+ *
+ * Errors: RT_INVALID_VALUE when quality is below 1 or above 100, RT_INVALID_OPERATION between rtBegin() and
+ * rtEnd().
+ */
+RTAPI void rtJpegQuality(RTint quality);
 
 /**
  * Writes the last frame to a file whose extension names the format: .png, .jpg, .ppm, .hdr or .exr. Waits for

@@ -9,12 +9,12 @@
 //! The arrays of a former tree are used again. Fresh memory has to be cleared by the system page by page, which took a
 //! fifth of the time of a build of 1.3 M triangles.
 
-use super::Aabb;
 use super::block_loader::{BlockBox, Prims};
 use super::bvh::{BLOCK, Bvh, ChildRef, MAX_LEAF_BLOCKS, Node8, OutOfMemory, Subtree, Tri4, WIDTH};
 use super::memory::filled;
 use super::prim_ref::Box4;
-use super::refit::{Fill, sweep};
+use super::refit::{Fill, SweepScratch};
+use crate::memory::{Room, collected, push, vec_of};
 use crate::scene::Mesh;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -38,14 +38,14 @@ pub(super) struct Piece {
 
 impl Piece {
     /// A piece that will hold about so many triangles.
-    pub(super) fn with_room_for(count: usize) -> Self {
-        Self { nodes: Vec::with_capacity(count / 14 + 4), blocks: Vec::with_capacity(count / 3 + 4) }
+    pub(super) fn with_room_for(count: usize) -> Result<Self, OutOfMemory> {
+        Ok(Self { nodes: vec_of(count / 14 + 4)?, blocks: vec_of(count / 3 + 4)? })
     }
 
     /// Appends a node without children and returns its number.
-    pub(super) fn push_node(&mut self) -> usize {
-        self.nodes.push([ChildRef::EMPTY; WIDTH]);
-        self.nodes.len() - 1
+    pub(super) fn push_node(&mut self) -> Result<usize, OutOfMemory> {
+        push(&mut self.nodes, [ChildRef::EMPTY; WIDTH])?;
+        Ok(self.nodes.len() - 1)
     }
 
     /// Makes a lane of a node point to another node of the piece.
@@ -54,13 +54,15 @@ impl Piece {
     }
 
     /// Makes a lane of a node a leaf of the triangles `start..start + count`, 1 to [`MAX_LEAF`] of them.
-    pub(super) fn set_leaf(&mut self, node: usize, lane: usize, start: usize, count: usize) {
+    pub(super) fn set_leaf(&mut self, node: usize, lane: usize, start: usize, count: usize) -> Result<(), OutOfMemory> {
         assert!((1..=MAX_LEAF).contains(&count), "a leaf has 1 to {MAX_LEAF} triangles, not {count}");
         let first = self.blocks.len();
         for begin in (start..start + count).step_by(BLOCK) {
-            self.blocks.push(BlockRange { start: begin as u32, count: BLOCK.min(start + count - begin) as u32 });
+            let count = BLOCK.min(start + count - begin) as u32;
+            push(&mut self.blocks, BlockRange { start: begin as u32, count })?;
         }
         self.nodes[node][lane] = ChildRef::leaf(first, self.blocks.len() - first);
+        Ok(())
     }
 }
 
@@ -78,6 +80,22 @@ pub(super) enum Part {
     Leaf { start: usize, count: usize },
 }
 
+impl Part {
+    /// A node whose lanes hold what `part` makes of the tasks, in parallel.
+    pub(super) fn branch<T: Send>(
+        tasks: Vec<T>,
+        part: impl Fn(T) -> Result<Part, OutOfMemory> + Sync + Send,
+    ) -> Result<Part, OutOfMemory> {
+        let count = tasks.len();
+        let (mut found, mut children) = (vec_of(count)?, vec_of(count)?);
+        tasks.into_par_iter().with_max_len(1).map(part).collect_into_vec(&mut found);
+        for part in found {
+            children.push(part?);
+        }
+        Ok(Part::Branch(Branch { children }))
+    }
+}
+
 /// The nodes above the pieces, which are a piece themselves, and the pieces with the lanes that point to them.
 struct Layout {
     top: Piece,
@@ -87,17 +105,20 @@ struct Layout {
 
 impl Layout {
     /// Breadth first: a queue instead of recursion numbers children above their parents by itself.
-    fn new(root: Part) -> Self {
+    fn new(root: Part) -> Result<Self, OutOfMemory> {
         let mut layout = Layout { top: Piece::default(), pieces: Vec::new(), links: Vec::new() };
         let mut queue = std::collections::VecDeque::new();
         match root {
-            Part::Piece(piece) => layout.pieces.push(piece),
-            Part::Branch(branch) => queue.push_back((layout.top.push_node(), branch)),
+            Part::Piece(piece) => push(&mut layout.pieces, piece)?,
+            Part::Branch(branch) => {
+                queue.room(1)?;
+                queue.push_back((layout.top.push_node()?, branch));
+            }
             Part::Leaf { start, count } => {
                 let mut piece = Piece::default();
-                let node = piece.push_node();
-                piece.set_leaf(node, 0, start, count);
-                layout.pieces.push(piece);
+                let node = piece.push_node()?;
+                piece.set_leaf(node, 0, start, count)?;
+                push(&mut layout.pieces, piece)?;
             }
         }
         while let Some((node, branch)) = queue.pop_front() {
@@ -105,23 +126,24 @@ impl Layout {
             for (lane, part) in branch.children.into_iter().enumerate() {
                 match part {
                     Part::Branch(branch) => {
-                        let child = layout.top.push_node();
+                        let child = layout.top.push_node()?;
                         layout.top.set_node(node, lane, child);
+                        queue.room(1)?;
                         queue.push_back((child, branch));
                     }
                     Part::Piece(piece) => {
-                        layout.links.push((node, lane));
-                        layout.pieces.push(piece);
+                        push(&mut layout.links, (node, lane))?;
+                        push(&mut layout.pieces, piece)?;
                     }
-                    Part::Leaf { start, count } => layout.top.set_leaf(node, lane, start, count),
+                    Part::Leaf { start, count } => layout.top.set_leaf(node, lane, start, count)?,
                 }
             }
         }
-        layout
+        Ok(layout)
     }
 
     /// Where the pieces go, and how many nodes and blocks there are.
-    fn places(&self) -> (Vec<Subtree>, usize, usize) {
+    fn places(&self) -> Result<(Vec<Subtree>, usize, usize), OutOfMemory> {
         let (mut nodes, mut blocks) = (self.top.nodes.len(), self.top.blocks.len());
         let places = self.pieces.iter().map(|piece| {
             let place =
@@ -129,7 +151,7 @@ impl Layout {
             (nodes, blocks) = (place.nodes.end, place.blocks.end);
             place
         });
-        (places.collect(), nodes, blocks)
+        Ok((collected(places)?, nodes, blocks))
     }
 }
 
@@ -159,9 +181,10 @@ pub(super) fn assemble(
     dropped: Vec<u32>,
     mesh: &Mesh,
     old: Bvh,
+    scratch: &mut SweepScratch,
 ) -> Result<Bvh, OutOfMemory> {
-    let mut layout = Layout::new(root);
-    let (subtrees, node_count, block_count) = layout.places();
+    let mut layout = Layout::new(root)?;
+    let (subtrees, node_count, block_count) = layout.places()?;
     if node_count >= ChildRef::MAX_INDEX || block_count >= ChildRef::MAX_INDEX {
         return Err(OutOfMemory { bytes: block_count * size_of::<Tri4>() });
     }
@@ -169,30 +192,20 @@ pub(super) fn assemble(
     let mut blocks = filled(old.blocks, block_count, Tri4::EMPTY)?;
 
     // The pieces.
-    let (top_nodes, mut rest_nodes) = nodes.split_at_mut(layout.top.nodes.len());
-    let (top_blocks, mut rest_blocks) = blocks.split_at_mut(layout.top.blocks.len());
-    let mut parts = Vec::with_capacity(subtrees.len());
-    for (subtree, piece) in subtrees.iter().zip(&layout.pieces) {
-        let (these_nodes, nodes) = rest_nodes.split_at_mut(subtree.nodes.len());
-        let (these_blocks, blocks) = rest_blocks.split_at_mut(subtree.blocks.len());
-        (rest_nodes, rest_blocks) = (nodes, blocks);
-        let fill = FromPiece { piece, at: subtree, order: &order };
-        parts.push((fill, these_nodes, these_blocks));
-    }
-    let lower: Vec<(usize, Aabb)> = parts
-        .into_par_iter()
-        .with_max_len(1)
-        .map(|(fill, nodes, blocks)| (fill.at.nodes.start, sweep(&fill, fill.at, nodes, blocks, &[], mesh)))
-        .collect();
+    let top = (layout.top.nodes.len(), layout.top.blocks.len());
+    scratch.prepare(&subtrees, top, usize::MAX)?;
+    let (top_nodes, below_nodes) = nodes.split_at_mut(top.0);
+    let (top_blocks, below_blocks) = blocks.split_at_mut(top.1);
+    let fill = |i: usize| FromPiece { piece: &layout.pieces[i], at: &subtrees[i], order: &order };
+    scratch.sweep(&subtrees, (below_nodes, below_blocks), &fill, mesh, true);
 
     // The nodes above them.
     for ((node, lane), subtree) in layout.links.iter().zip(&subtrees) {
         layout.top.nodes[*node][*lane] = ChildRef::node(subtree.nodes.start);
     }
-    let whole = Subtree { nodes: 0..top_nodes.len(), blocks: 0..top_blocks.len() };
+    let whole = Subtree { nodes: 0..top.0, blocks: 0..top.1 };
     let fill = FromPiece { piece: &layout.top, at: &whole, order: &order };
-    let bounds =
-        if top_nodes.is_empty() { lower[0].1 } else { sweep(&fill, &whole, top_nodes, top_blocks, &lower, mesh) };
+    let bounds = scratch.sweep_top(&fill, &whole, top_nodes, top_blocks, mesh);
     Ok(Bvh::from_parts(nodes, blocks, subtrees, dropped, mesh.triangles.len(), bounds))
 }
 

@@ -98,7 +98,7 @@ impl Bins {
         }
     }
 
-    fn merge(mut self: Box<Self>, other: Box<Self>) -> Box<Self> {
+    fn merge(mut self, other: Self) -> Self {
         for bin in 0..BINS {
             for axis in 0..3 {
                 self.boxes[bin][axis].grow(&other.boxes[bin][axis]);
@@ -208,11 +208,11 @@ struct Fill<'a> {
 }
 
 impl Kernel for Fill<'_> {
-    type Output = Box<Bins>;
+    type Output = Bins;
 
     #[inline(always)]
-    fn run(self) -> Box<Bins> {
-        let mut bins = Box::new(Bins::EMPTY);
+    fn run(self) -> Bins {
+        let mut bins = Bins::EMPTY;
         bins.add(self.refs, self.map);
         bins
     }

@@ -51,12 +51,12 @@ pub(super) trait Prims {
     fn prims(&self, blocks: &[Tri4], index: usize) -> [u32; BLOCK];
 }
 
-/// Sets numbers and corners of all blocks, and appends their boxes.
+/// Sets numbers and corners of all blocks, and their boxes, of which there are as many.
 pub(super) struct Load<'a, P> {
     pub mesh: &'a Mesh,
     pub blocks: &'a mut [Tri4],
     pub prims: &'a P,
-    pub boxes: &'a mut Vec<BlockBox>,
+    pub boxes: &'a mut [BlockBox],
 }
 
 /// Vertex numbers of the triangles of a block.
@@ -73,7 +73,7 @@ impl<P: Prims> Kernel for Load<'_, P> {
         for index in 0..AHEAD.min(blocks.len()) {
             ring[index % AHEAD] = rows(mesh, prims.prims(blocks, index));
         }
-        for index in 0..blocks.len() {
+        for (index, bounds_of_block) in boxes.iter_mut().enumerate().take(blocks.len()) {
             let triangles = ring[index % AHEAD];
             if index + 2 * AHEAD < blocks.len() {
                 for prim in prims.prims(blocks, index + 2 * AHEAD) {
@@ -96,7 +96,7 @@ impl<P: Prims> Kernel for Load<'_, P> {
                     *to = from.to_array();
                 }
             }
-            boxes.push(bounds(&corners));
+            *bounds_of_block = bounds(&corners);
         }
     }
 }

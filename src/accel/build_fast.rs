@@ -13,10 +13,12 @@
 //! build of 1.3 M triangles takes 95–110, as the system has to clear fresh memory: there Embree is faster. 28 bytes of scratch per triangle.
 
 use super::Aabb;
-use super::assemble::{Branch, Part, Piece, assemble};
+use super::assemble::{Part, Piece, assemble};
 use super::block_loader::{EachBox, TakeBox};
 use super::bvh::{BLOCK, Bvh, OutOfMemory, WIDTH};
 use super::memory::filled;
+use super::refit::SweepScratch;
+use crate::memory::{Room, collected, copied, emptied, repeated, vec_of};
 use crate::scene::Mesh;
 use crate::simd::{self, Kernel, Level};
 use glam::{Vec3, Vec4};
@@ -52,11 +54,33 @@ pub(super) struct FastScratch {
     centers: Vec<Vec3>,
     keys: Vec<Key>,
     sorted: Vec<Key>,
+    digits: Digits,
+    sweeps: SweepScratch,
+}
+
+/// What the sort works in.
+#[derive(Default)]
+struct Digits {
+    /// Per chunk of keys and bucket: how many there are.
+    counts: Vec<u32>,
+    /// Likewise: where the next one goes.
+    places: Vec<std::slice::IterMut<'static, Key>>,
+}
+
+impl std::fmt::Debug for Digits {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "room for {} counts", self.counts.capacity())
+    }
 }
 
 impl FastScratch {
     pub(super) fn memory_bytes(&self) -> usize {
-        self.centers.capacity() * size_of::<Vec3>() + (self.keys.capacity() + self.sorted.capacity()) * size_of::<Key>()
+        let Digits { counts, places } = &self.digits;
+        self.centers.capacity() * size_of::<Vec3>()
+            + (self.keys.capacity() + self.sorted.capacity()) * size_of::<Key>()
+            + counts.capacity() * size_of::<u32>()
+            + places.capacity() * size_of::<std::slice::IterMut<'static, Key>>()
+            + self.sweeps.memory_bytes()
     }
 }
 
@@ -82,7 +106,7 @@ pub(super) fn rebuild_fast(mesh: &Mesh, old: Bvh, scratch: &mut FastScratch) -> 
         })
         .reduce(|| Aabb::EMPTY, Aabb::union);
     if around.is_empty() {
-        return Ok(Bvh::of_nothing((0..count as u32).collect(), count));
+        return Ok(Bvh::of_nothing(collected(0..count as u32)?, count));
     }
 
     let grid = Grid::around(&around).unwrap_or(Grid { origin: Vec4::ZERO, scale: Vec4::ZERO });
@@ -90,16 +114,17 @@ pub(super) fn rebuild_fast(mesh: &Mesh, old: Bvh, scratch: &mut FastScratch) -> 
     keys.par_chunks_mut(CHUNK).zip(centers.par_chunks(CHUNK)).enumerate().for_each(|(chunk, (keys, centers))| {
         simd::run(level, MakeKeys { grid: &grid, begin: chunk * CHUNK, centers, keys });
     });
-    let unusable = |&prim: &u32| centers[prim as usize].x.is_nan();
-    let dropped: Vec<u32> = (0..count as u32).into_par_iter().filter(unusable).collect();
-    if !dropped.is_empty() {
+    let unusable = |center: &Vec3| center.x.is_nan();
+    let mut dropped = vec_of(centers.par_iter().filter(|center| unusable(center)).count())?;
+    if dropped.capacity() > 0 {
+        dropped.extend((0..).zip(&centers).filter(|(_, center)| unusable(center)).map(|(prim, _)| prim));
         keys.retain(|&key| !centers[key as u32 as usize].x.is_nan());
     }
     let sorted = filled(std::mem::take(&mut scratch.sorted), keys.len(), 0)?;
-    let (mut keys, other) = radix_sort(keys, sorted);
-    let part = Hierarchy { centers: &centers }.part(&mut keys, 0, 0);
-    let bvh = assemble(part, |i| keys[i] as u32, dropped, mesh, old);
-    *scratch = FastScratch { centers, keys, sorted: other };
+    let (mut keys, other) = radix_sort(keys, sorted, &mut scratch.digits)?;
+    let part = Hierarchy { centers: &centers }.part(&mut keys, 0, 0)?;
+    let bvh = assemble(part, |i| keys[i] as u32, dropped, mesh, old, &mut scratch.sweeps);
+    (scratch.centers, scratch.keys, scratch.sorted) = (centers, keys, other);
     bvh
 }
 
@@ -180,51 +205,56 @@ fn spread3(x: u32) -> u32 {
     (x | x << 2) & 0x0924_9249
 }
 
-/// Sorts by code, stably, least significant digit first. Gives back the sorted keys and the other vector, which is as long.
-fn radix_sort(mut keys: Vec<Key>, mut other: Vec<Key>) -> (Vec<Key>, Vec<Key>) {
+/// Sorts keys by their codes; equal codes keep their order. `other` is as long, and is what is not returned first.
+fn radix_sort(
+    mut keys: Vec<Key>,
+    mut other: Vec<Key>,
+    digits: &mut Digits,
+) -> Result<(Vec<Key>, Vec<Key>), OutOfMemory> {
     if keys.len() < RADIX {
         keys.sort_unstable();
-        return (keys, other);
+        return Ok((keys, other));
     }
     for pass in 0..(3 * BITS).div_ceil(DIGIT) {
-        radix_pass(&keys, &mut other, 32 + pass * DIGIT);
+        radix_pass(&keys, &mut other, 32 + pass * DIGIT, digits)?;
         std::mem::swap(&mut keys, &mut other);
     }
-    (keys, other)
+    Ok((keys, other))
 }
 
-/// Scatters `from` to `to` in the order of one digit. Each chunk counts its digits; prefix sums tell it where in `to` its
-/// keys of a digit go, and these places are disjoint slices.
-fn radix_pass(from: &[Key], to: &mut [Key], shift: u32) {
+fn radix_pass(from: &[Key], to: &mut [Key], shift: u32, digits: &mut Digits) -> Result<(), OutOfMemory> {
     const BUCKETS: usize = 1 << DIGIT;
     let digit = |key: Key| (key >> shift) as usize & (BUCKETS - 1);
     // Few large chunks: each has a slice per bucket.
     let chunk = from.len().div_ceil(16).max(CHUNK);
-    let counts: Vec<Vec<u32>> = from
-        .par_chunks(chunk)
-        .map(|keys| {
-            let mut counts = vec![0u32; BUCKETS];
-            for &key in keys {
-                counts[digit(key)] += 1;
-            }
-            counts
-        })
-        .collect();
-    let mut places: Vec<Vec<std::slice::IterMut<'_, Key>>> =
-        counts.iter().map(|_| Vec::with_capacity(BUCKETS)).collect();
+    let lists = from.len().div_ceil(chunk) * BUCKETS;
+    let Digits { counts, places } = digits;
+    counts.clear();
+    counts.room(lists)?;
+    counts.resize(lists, 0);
+    from.par_chunks(chunk).zip(counts.par_chunks_mut(BUCKETS)).for_each(|(keys, counts)| {
+        for &key in keys {
+            counts[digit(key)] += 1;
+        }
+    });
+    let mut slices: Vec<std::slice::IterMut<'_, Key>> = emptied(std::mem::take(places));
+    slices.room(lists)?;
+    slices.resize_with(lists, Default::default);
     let mut rest = to;
     for bucket in 0..BUCKETS {
-        for (counts, places) in counts.iter().zip(&mut places) {
-            let (these, others) = rest.split_at_mut(counts[bucket] as usize);
-            places.push(these.iter_mut());
+        for list in (bucket..lists).step_by(BUCKETS) {
+            let (these, others) = rest.split_at_mut(counts[list] as usize);
+            slices[list] = these.iter_mut();
             rest = others;
         }
     }
-    from.par_chunks(chunk).zip(places).for_each(|(keys, mut places)| {
+    from.par_chunks(chunk).zip(slices.par_chunks_mut(BUCKETS)).for_each(|(keys, slices)| {
         for &key in keys {
-            *places[digit(key)].next().expect("the digits were counted") = key;
+            *slices[digit(key)].next().expect("the digits were counted") = key;
         }
     });
+    *places = emptied(slices);
+    Ok(())
 }
 
 struct Hierarchy<'a> {
@@ -233,46 +263,45 @@ struct Hierarchy<'a> {
 
 impl Hierarchy<'_> {
     /// Large ranges become branches with a task per child, others pieces.
-    fn part(&self, keys: &mut [Key], start: usize, depth: usize) -> Part {
+    fn part(&self, keys: &mut [Key], start: usize, depth: usize) -> Result<Part, OutOfMemory> {
         if keys.len() <= LEAF {
-            return Part::Leaf { start, count: keys.len() };
+            return Ok(Part::Leaf { start, count: keys.len() });
         }
         if keys.len() <= TASK {
-            let mut piece = Piece::with_room_for(keys.len());
-            self.node(&mut piece, keys, start, depth);
-            return Part::Piece(piece);
+            let mut piece = Piece::with_room_for(keys.len())?;
+            self.node(&mut piece, keys, start, depth)?;
+            return Ok(Part::Piece(piece));
         }
-        let (borders, count) = self.split_wide(keys, depth);
-        let mut tasks = Vec::with_capacity(count);
+        let (borders, count) = self.split_wide(keys, depth)?;
+        let mut tasks = vec_of(count)?;
         let mut rest = keys;
         for lane in 0..count {
             let (these, others) = rest.split_at_mut(borders[lane + 1] - borders[lane]);
             tasks.push((these, start + borders[lane]));
             rest = others;
         }
-        let tasks = tasks.into_par_iter().with_max_len(1);
-        Part::Branch(Branch { children: tasks.map(|(keys, start)| self.part(keys, start, depth + 1)).collect() })
+        Part::branch(tasks, |(keys, start)| self.part(keys, start, depth + 1))
     }
 
     /// Appends the node of a range and all below it. Every level consumes code bits or halves the count, and few levels
     /// make new codes, which bounds the recursion.
-    fn node(&self, piece: &mut Piece, keys: &mut [Key], start: usize, depth: usize) -> usize {
-        let node = piece.push_node();
-        let (borders, count) = self.split_wide(keys, depth);
+    fn node(&self, piece: &mut Piece, keys: &mut [Key], start: usize, depth: usize) -> Result<usize, OutOfMemory> {
+        let node = piece.push_node()?;
+        let (borders, count) = self.split_wide(keys, depth)?;
         for lane in 0..count {
             let (begin, end) = (borders[lane], borders[lane + 1]);
             if end - begin <= LEAF {
-                piece.set_leaf(node, lane, start + begin, end - begin);
+                piece.set_leaf(node, lane, start + begin, end - begin)?;
             } else {
-                let below = self.node(piece, &mut keys[begin..end], start + begin, depth + 1);
+                let below = self.node(piece, &mut keys[begin..end], start + begin, depth + 1)?;
                 piece.set_node(node, lane, below);
             }
         }
-        node
+        Ok(node)
     }
 
     /// Borders of up to eight children: the fullest part is split, as small ones are leaves soon anyway.
-    fn split_wide(&self, keys: &mut [Key], depth: usize) -> ([usize; WIDTH + 1], usize) {
+    fn split_wide(&self, keys: &mut [Key], depth: usize) -> Result<([usize; WIDTH + 1], usize), OutOfMemory> {
         let mut borders = [0; WIDTH + 1];
         borders[1] = keys.len();
         let mut count = 1;
@@ -284,44 +313,49 @@ impl Hierarchy<'_> {
             if end - begin <= BLOCK {
                 break;
             }
-            let middle = begin + self.split(&mut keys[begin..end], depth);
+            let middle = begin + self.split(&mut keys[begin..end], depth)?;
             borders.copy_within(fullest + 1..=count, fullest + 2);
             borders[fullest + 1] = middle;
             count += 1;
         }
-        (borders, count)
+        Ok((borders, count))
     }
 
     /// The first key that has the highest differing bit set, or the middle when all codes are equal.
-    fn split(&self, keys: &mut [Key], depth: usize) -> usize {
+    fn split(&self, keys: &mut [Key], depth: usize) -> Result<usize, OutOfMemory> {
         let ends = |keys: &[Key]| (keys[0] >> 32, keys[keys.len() - 1] >> 32);
         let (mut first, mut last) = ends(keys);
         if first == last && keys.len() > LEAF && depth < REFINE_DEPTH {
-            self.refine(keys);
+            self.refine(keys)?;
             (first, last) = ends(keys);
         }
         if first == last {
-            return keys.len() / 2;
+            return Ok(keys.len() / 2);
         }
         let bit = 63 - (first ^ last).leading_zeros();
         let at = keys.partition_point(|key| key >> 32 >> bit & 1 == 0);
-        if keys.len() > FILL { at } else { fill_blocks(keys.len(), at) }
+        Ok(if keys.len() > FILL { at } else { fill_blocks(keys.len(), at) })
     }
 
     /// Gives triangles of one cell codes in a grid of their own.
     #[cold]
-    fn refine(&self, keys: &mut [Key]) {
+    fn refine(&self, keys: &mut [Key]) -> Result<(), OutOfMemory> {
         let center = |key: Key| self.centers[key as u32 as usize];
         let around = keys.iter().fold(Aabb::EMPTY, |mut all, &key| {
             all.grow(center(key));
             all
         });
-        let Some(grid) = Grid::around(&around) else { return };
+        let Some(grid) = Grid::around(&around) else { return Ok(()) };
         for key in keys.iter_mut() {
             *key = grid.code(center(*key)) | *key & u64::from(u32::MAX);
         }
-        let (sorted, _) = radix_sort(keys.to_vec(), vec![0; keys.len()]);
+        if keys.len() < RADIX {
+            keys.sort_unstable();
+            return Ok(());
+        }
+        let (sorted, _) = radix_sort(copied(keys)?, repeated(0, keys.len())?, &mut Digits::default())?;
         keys.copy_from_slice(&sorted);
+        Ok(())
     }
 }
 

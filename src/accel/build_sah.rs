@@ -16,13 +16,15 @@
 //! bytes of scratch per triangle. What made it twice as fast as a plain loop per axis and triangle, most important first: all three axes of a border
 //! evaluated as one vector; dividing without branches; boxes of ranges taken from the bins instead of the triangles; old memory used again; four triangles' boxes at a time.
 
-use super::assemble::{Branch, MAX_LEAF, Part, Piece, assemble};
+use super::assemble::{MAX_LEAF, Part, Piece, assemble};
 use super::binning::{Split, blocks_of, centers_of, find_split};
 use super::block_loader::{EachBox, TakeBox};
 use super::bvh::{BLOCK, Bvh, OutOfMemory, WIDTH};
 use super::memory::filled;
-use super::partition::{partition, scratch};
+use super::partition::{self, From, Scratch, Scratches, partition};
 use super::prim_ref::{Box4, PrimRef};
+use super::refit::SweepScratch;
+use crate::memory::vec_of;
 use crate::scene::Mesh;
 use crate::simd::{self, Level};
 use glam::Vec4;
@@ -60,11 +62,15 @@ impl Range {
 #[derive(Debug, Default)]
 pub(super) struct SahScratch {
     refs: Vec<PrimRef>,
+    scratches: Scratches,
+    sweeps: SweepScratch,
 }
 
 impl SahScratch {
     pub(super) fn memory_bytes(&self) -> usize {
         self.refs.capacity() * size_of::<PrimRef>()
+            + self.scratches.sum(Scratch::memory_bytes)
+            + self.sweeps.memory_bytes()
     }
 }
 
@@ -82,7 +88,7 @@ pub(super) fn rebuild_sah(mesh: &Mesh, old: Bvh, scratch: &mut SahScratch) -> Re
         let (begin, end) = (chunk * CHUNK, chunk * CHUNK + refs.len());
         simd::run(level, EachBox { mesh, prims: begin..end, to: &mut Collect::new(refs, begin) });
     });
-    let dropped: Vec<u32> = all.par_iter().filter(|r| !r.is_usable()).map(|r| r.prim()).collect();
+    let dropped = unusable(&all)?;
     if !dropped.is_empty() {
         all.retain(PrimRef::is_usable);
     }
@@ -91,11 +97,22 @@ pub(super) fn rebuild_sah(mesh: &Mesh, old: Bvh, scratch: &mut SahScratch) -> Re
     }
     // The whole range is split in any case, so its area does not matter.
     let root = Range { start: 0, end: all.len() as u32, half_area: 0.0 };
-    let builder = Builder { level };
-    let part = builder.part(&mut all, root, 0);
-    let bvh = assemble(part, |i: usize| all[i].prim(), dropped, mesh, old);
+    partition::prepare(&mut scratch.scratches)?;
+    let builder = Builder { level, scratches: &scratch.scratches };
+    let part = builder.part(&mut all, root, 0)?;
+    let bvh = assemble(part, |i: usize| all[i].prim(), dropped, mesh, old, &mut scratch.sweeps);
     scratch.refs = all;
     bvh
+}
+
+/// The triangles of those that no ray can hit.
+pub(super) fn unusable(refs: &[PrimRef]) -> Result<Vec<u32>, OutOfMemory> {
+    let count = refs.par_iter().filter(|r| !r.is_usable()).count();
+    let mut prims = vec_of(count)?;
+    if count > 0 {
+        prims.extend(refs.iter().filter(|r| !r.is_usable()).map(PrimRef::prim));
+    }
+    Ok(prims)
 }
 
 /// Writes boxes and numbers of the triangles from `begin` on.
@@ -119,37 +136,32 @@ impl TakeBox for Collect<'_> {
     }
 }
 
-struct Builder {
+struct Builder<'a> {
     level: Level,
+    scratches: &'a Scratches,
 }
 
-impl Builder {
+impl Builder<'_> {
     /// Large ranges become branches with a task per child, others pieces.
-    fn part(&self, refs: &mut [PrimRef], range: Range, depth: usize) -> Part {
-        let mut scratch = scratch();
+    fn part(&self, refs: &mut [PrimRef], range: Range, depth: usize) -> Result<Part, OutOfMemory> {
         if range.len() <= TASK {
-            let mut piece = Piece::with_room_for(range.len());
-            self.node(&mut piece, refs, &mut scratch, range, depth, None);
-            return Part::Piece(piece);
+            let mut piece = Piece::with_room_for(range.len())?;
+            self.scratches
+                .at_one(|scratch| self.node(&mut piece, refs, &mut From::One(scratch), range, depth, None))?;
+            return Ok(Part::Piece(piece));
         }
-        let (children, count) = self.split_wide(refs, &mut scratch, range, depth, None);
-        drop(scratch);
-        let mut tasks = Vec::with_capacity(count);
+        let (children, count) = self.split_wide(refs, &mut From::Any(self.scratches), range, depth, None)?;
+        let mut tasks = vec_of(count)?;
         let mut rest = refs;
         for child in &children[..count] {
             let (these, others) = rest.split_at_mut(child.len());
             tasks.push((these, *child));
             rest = others;
         }
-        let children = tasks
-            .into_par_iter()
-            .with_max_len(1)
-            .map(|(refs, child)| match self.judge(refs, &child, depth + 1) {
-                Verdict::Leaf => Part::Leaf { start: child.start as usize, count: child.len() },
-                Verdict::Node(_) => self.part(refs, child, depth + 1),
-            })
-            .collect();
-        Part::Branch(Branch { children })
+        Part::branch(tasks, |(refs, child)| match self.judge(refs, &child, depth + 1) {
+            Verdict::Leaf => Ok(Part::Leaf { start: child.start as usize, count: child.len() }),
+            Verdict::Node(_) => self.part(refs, child, depth + 1),
+        })
     }
 
     /// Appends the node of `range` and all below it. The recursion is bounded by the depth of the tree.
@@ -157,26 +169,26 @@ impl Builder {
         &self,
         piece: &mut Piece,
         refs: &mut [PrimRef],
-        scratch: &mut [PrimRef],
+        scratch: &mut From<'_>,
         range: Range,
         depth: usize,
         first: Option<Split>,
-    ) -> usize {
-        let node = piece.push_node();
-        let (children, count) = self.split_wide(refs, scratch, range, depth, first);
+    ) -> Result<usize, OutOfMemory> {
+        let node = piece.push_node()?;
+        let (children, count) = self.split_wide(refs, scratch, range, depth, first)?;
         let mut rest = refs;
         for (lane, child) in children[..count].iter().enumerate() {
             let (these, others) = rest.split_at_mut(child.len());
             rest = others;
             match self.judge(these, child, depth + 1) {
-                Verdict::Leaf => piece.set_leaf(node, lane, child.start as usize, child.len()),
+                Verdict::Leaf => piece.set_leaf(node, lane, child.start as usize, child.len())?,
                 Verdict::Node(found) => {
-                    let below = self.node(piece, these, scratch, *child, depth + 1, found);
+                    let below = self.node(piece, these, scratch, *child, depth + 1, found)?;
                     piece.set_node(node, lane, below);
                 }
             }
         }
-        node
+        Ok(node)
     }
 
     /// Splits a range, whose triangles are `refs`, into up to eight, in the order of the triangles. `first` is the split of
@@ -184,11 +196,11 @@ impl Builder {
     fn split_wide(
         &self,
         refs: &mut [PrimRef],
-        scratch: &mut [PrimRef],
+        scratch: &mut From<'_>,
         range: Range,
         depth: usize,
         mut first: Option<Split>,
-    ) -> ([Range; WIDTH], usize) {
+    ) -> Result<([Range; WIDTH], usize), OutOfMemory> {
         let mut children = [range; WIDTH];
         let mut count = 1;
         while count < WIDTH {
@@ -218,7 +230,7 @@ impl Builder {
                 known => known,
             };
             let (middle, [left, right]) = match found {
-                Some(split) => (partition(self.level, these, scratch, &split), split.bounds),
+                Some(split) => (partition(self.level, these, scratch, &split)?, split.bounds),
                 None => halve(self.level, these),
             };
             let middle = start + middle;
@@ -227,7 +239,7 @@ impl Builder {
             children[widest + 1] = Range::new(middle, end, &right);
             count += 1;
         }
-        (children, count)
+        Ok((children, count))
     }
 
     /// Whether a child is better left as a leaf than made a node.

@@ -16,15 +16,17 @@
 //! *Tried.* 1.3 references per triangle: costs of 0.50 instead of 0.44; 2: 0.40–0.42. Asking for a gain of 1 %: nothing on beams, and 0.98 instead
 //! of 0.89 on the soup; of 10 %: 0.57 instead of 0.45 on beams. A third of the range's area as least overlap: up to 2 % more cost.
 
-use super::assemble::{Branch, MAX_LEAF, Order, Part, Piece, assemble};
+use super::assemble::{MAX_LEAF, Order, Part, Piece, assemble};
 use super::binning::{Split, blocks_of, find_split};
 use super::block_loader::EachBox;
-use super::build_sah::{CHUNK, Collect, NODE_COST, SAH_DEPTH, TASK, around, halve};
+use super::build_sah::{CHUNK, Collect, NODE_COST, SAH_DEPTH, TASK, around, halve, unusable};
 use super::bvh::{BLOCK, Bvh, OutOfMemory, WIDTH};
 use super::memory::filled;
-use super::partition::{partition, scratch};
+use super::partition::{self, From, Scratches, partition};
 use super::prim_ref::{Box4, PrimRef};
+use super::refit::SweepScratch;
 use super::spatial::find_spatial_split;
+use crate::memory::vec_of;
 use crate::scene::Mesh;
 use crate::simd::{self, Level};
 use rayon::prelude::*;
@@ -55,7 +57,7 @@ pub fn build_spatial(mesh: &Mesh) -> Result<Bvh, OutOfMemory> {
         let (begin, end) = (chunk * CHUNK, chunk * CHUNK + refs.len());
         simd::run(level, EachBox { mesh, prims: begin..end, to: &mut Collect::new(refs, begin) });
     });
-    let dropped: Vec<u32> = all[..count].par_iter().filter(|r| !r.is_usable()).map(|r| r.prim()).collect();
+    let dropped = unusable(&all[..count])?;
     if !dropped.is_empty() {
         let mut next = 0;
         for i in 0..count {
@@ -71,9 +73,11 @@ pub fn build_spatial(mesh: &Mesh) -> Result<Bvh, OutOfMemory> {
     }
     let bounds = around(&all[..usable]);
     let root = Range { start: 0, count: usable, room: all.len(), bounds };
-    let builder = Builder { mesh, level, least_overlap: bounds.half_area() * OVERLAP };
-    let part = builder.part(&mut all, root, 0);
-    let mut bvh = assemble(part, Parts(&all), dropped, mesh, Bvh::default())?;
+    let mut scratches = Scratches::default();
+    partition::prepare(&mut scratches)?;
+    let builder = Builder { mesh, level, least_overlap: bounds.half_area() * OVERLAP, scratches: &scratches };
+    let part = builder.part(&mut all, root, 0)?;
+    let mut bvh = assemble(part, Parts(&all), dropped, mesh, Bvh::default(), &mut SweepScratch::default())?;
     bvh.set_holds_parts();
     Ok(bvh)
 }
@@ -97,38 +101,32 @@ struct Builder<'a> {
     mesh: &'a Mesh,
     level: Level,
     least_overlap: f32,
+    scratches: &'a Scratches,
 }
 
 impl Builder<'_> {
     /// Large ranges become branches with a task per child, others pieces. `refs` is the room of the range.
-    fn part(&self, refs: &mut [PrimRef], range: Range, depth: usize) -> Part {
-        let mut scratch = scratch();
+    fn part(&self, refs: &mut [PrimRef], range: Range, depth: usize) -> Result<Part, OutOfMemory> {
         if range.count <= TASK {
-            let mut piece = Piece::with_room_for(range.count);
-            self.node(&mut piece, refs, &mut scratch, range, depth);
-            return Part::Piece(piece);
+            let mut piece = Piece::with_room_for(range.count)?;
+            self.scratches.at_one(|scratch| self.node(&mut piece, refs, &mut From::One(scratch), range, depth))?;
+            return Ok(Part::Piece(piece));
         }
-        let (children, count) = self.split_wide(refs, &mut scratch, range, depth);
-        drop(scratch);
-        let mut tasks = Vec::with_capacity(count);
+        let (children, count) = self.split_wide(refs, &mut From::Any(self.scratches), range, depth)?;
+        let mut tasks = vec_of(count)?;
         let mut rest = refs;
         for child in &children[..count] {
             let (these, others) = rest.split_at_mut(child.room);
             tasks.push((these, *child));
             rest = others;
         }
-        let children = tasks
-            .into_par_iter()
-            .with_max_len(1)
-            .map(|(refs, child)| {
-                if self.is_leaf(&refs[..child.count], &child, depth + 1) {
-                    Part::Leaf { start: child.start, count: without_repetition(&mut refs[..child.count]) }
-                } else {
-                    self.part(refs, child, depth + 1)
-                }
-            })
-            .collect();
-        Part::Branch(Branch { children })
+        Part::branch(tasks, |(refs, child): (&mut [PrimRef], Range)| {
+            if self.is_leaf(&refs[..child.count], &child, depth + 1) {
+                Ok(Part::Leaf { start: child.start, count: without_repetition(&mut refs[..child.count]) })
+            } else {
+                self.part(refs, child, depth + 1)
+            }
+        })
     }
 
     /// Appends the node of `range` and all below it. The recursion is bounded by the depth of the tree.
@@ -136,34 +134,34 @@ impl Builder<'_> {
         &self,
         piece: &mut Piece,
         refs: &mut [PrimRef],
-        scratch: &mut [PrimRef],
+        scratch: &mut From<'_>,
         range: Range,
         depth: usize,
-    ) -> usize {
-        let node = piece.push_node();
-        let (children, count) = self.split_wide(refs, scratch, range, depth);
+    ) -> Result<usize, OutOfMemory> {
+        let node = piece.push_node()?;
+        let (children, count) = self.split_wide(refs, scratch, range, depth)?;
         let mut rest = refs;
         for (lane, child) in children[..count].iter().enumerate() {
             let (these, others) = rest.split_at_mut(child.room);
             rest = others;
             if self.is_leaf(&these[..child.count], child, depth + 1) {
-                piece.set_leaf(node, lane, child.start, without_repetition(&mut these[..child.count]));
+                piece.set_leaf(node, lane, child.start, without_repetition(&mut these[..child.count]))?;
             } else {
-                let below = self.node(piece, these, scratch, *child, depth + 1);
+                let below = self.node(piece, these, scratch, *child, depth + 1)?;
                 piece.set_node(node, lane, below);
             }
         }
-        node
+        Ok(node)
     }
 
     /// Splits a range into up to eight.
     fn split_wide(
         &self,
         refs: &mut [PrimRef],
-        scratch: &mut [PrimRef],
+        scratch: &mut From<'_>,
         range: Range,
         depth: usize,
-    ) -> ([Range; WIDTH], usize) {
+    ) -> Result<([Range; WIDTH], usize), OutOfMemory> {
         let mut children = [range; WIDTH];
         let mut count = 1;
         while count < WIDTH {
@@ -188,17 +186,23 @@ impl Builder<'_> {
             }
             let at = child.start - range.start;
             let these = &mut refs[at..at + child.room];
-            let [left, right] = self.split(these, scratch, child, depth);
+            let [left, right] = self.split(these, scratch, child, depth)?;
             children.copy_within(widest + 1..count, widest + 2);
             children[widest] = left;
             children[widest + 1] = right;
             count += 1;
         }
-        (children, count)
+        Ok((children, count))
     }
 
     /// Splits a range in two, of which the first keeps its place.
-    fn split(&self, refs: &mut [PrimRef], scratch: &mut [PrimRef], range: Range, depth: usize) -> [Range; 2] {
+    fn split(
+        &self,
+        refs: &mut [PrimRef],
+        scratch: &mut From<'_>,
+        range: Range,
+        depth: usize,
+    ) -> Result<[Range; 2], OutOfMemory> {
         let live = &mut refs[..range.count];
         let found = if depth < SAH_DEPTH { find_split(self.level, live) } else { None };
         if depth < SAH_DEPTH && range.room > range.count && self.overlaps(found.as_ref(), &range.bounds) {
@@ -209,17 +213,17 @@ impl Builder<'_> {
                 let start = left + share(range.room - left - right, left, right);
                 refs[..left].copy_from_slice(&sides.below);
                 refs[start..start + right].copy_from_slice(&sides.above);
-                return range.divided(start, [(left, around(&sides.below)), (right, around(&sides.above))]);
+                return Ok(range.divided(start, [(left, around(&sides.below)), (right, around(&sides.above))]));
             }
         }
         let (middle, bounds) = match found {
-            Some(split) => (partition(self.level, live, scratch, &split), split.bounds),
+            Some(split) => (partition(self.level, live, scratch, &split)?, split.bounds),
             None => halve(self.level, live),
         };
         let right = range.count - middle;
         let start = middle + share(range.room - range.count, middle, right);
         refs.copy_within(middle..range.count, start);
-        range.divided(start, [(middle, bounds[0]), (right, bounds[1])])
+        Ok(range.divided(start, [(middle, bounds[0]), (right, bounds[1])]))
     }
 
     /// Whether the sides of an object split have so much in common that a spatial split is worth trying.

@@ -16,6 +16,7 @@
 
 use super::Aabb;
 use super::memory::{cloned, copied};
+pub use crate::memory::OutOfMemory;
 use glam::Vec3;
 use std::ops::Range;
 
@@ -179,21 +180,6 @@ pub struct Subtree {
     pub nodes: Range<usize>,
     pub blocks: Range<usize>,
 }
-
-/// Memory for the structure could not be had.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OutOfMemory {
-    /// What was asked for, in bytes.
-    pub bytes: usize,
-}
-
-impl std::fmt::Display for OutOfMemory {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "no memory for an acceleration structure of {} bytes", self.bytes)
-    }
-}
-
-impl std::error::Error for OutOfMemory {}
 
 /// An 8-wide tree over the triangles of one mesh. The default is the tree of nothing.
 #[derive(Clone, Debug, Default)]

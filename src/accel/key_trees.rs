@@ -8,6 +8,7 @@
 
 use super::bvh::OutOfMemory;
 use super::object_accel::Structure;
+use crate::memory::push;
 use crate::scene::{Mesh, Object};
 
 /// The trees that wait, by the version of their key frame; and whose tree is in use, 0 for the object's own.
@@ -61,7 +62,8 @@ impl KeyTrees {
         if switched {
             let old = std::mem::take(structure);
             if present && exists(self.active) {
-                self.waiting.push((self.active, old));
+                // Without memory it is built anew when it is wanted.
+                let _ = push(&mut self.waiting, (self.active, old));
             }
             self.active = wanted;
         }
@@ -78,7 +80,7 @@ impl KeyTrees {
             reserved.map_err(|_| OutOfMemory { bytes })?;
             mesh.positions.extend_from_slice(&key.positions);
             mesh.triangles.extend_from_slice(&object.mesh.triangles);
-            self.waiting.push((key.version, build(&mesh)?));
+            push(&mut self.waiting, (key.version, build(&mesh)?))?;
             built += 1;
         }
         if switched && let Some(at) = self.waiting.iter().position(|(version, _)| *version == wanted) {

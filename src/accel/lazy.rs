@@ -31,11 +31,12 @@
 use super::block_loader::BlockBox;
 use super::bvh::{Bvh, ChildRef, Node8, OutOfMemory};
 use super::lazy_cut::{LazyBlock, Segment, Topology};
-use super::lazy_write::Write;
+use super::lazy_write::{Asked, Below, Known, Write};
 use super::links::Links;
 use super::memory::{filled, reserve};
-use super::vertex_box::{box_of_all, box_of_set};
+use super::vertex_box::box_of_all;
 use super::{Aabb, build_sah};
+use crate::memory::{Room, collected, repeated};
 use crate::scene::{LazyShape, Mesh};
 use crate::simd::{self, Level, prefetch};
 use crate::threads::OnTouch;
@@ -84,6 +85,8 @@ pub struct LazyBvh {
     touched: Touched,
     /// For partial updates, once there has been one.
     pub(super) links: Option<Links>,
+    /// Room for the boxes of the segments below the first.
+    below_root: Vec<BlockBox>,
 }
 
 /// What rays have had updated.
@@ -144,10 +147,10 @@ impl LazyBvh {
         nodes.extend(topology.children.iter().map(|&children| Node8 { children, ..Node8::EMPTY }));
         let vertices = filled(Vec::new(), topology.vertices.len(), Vec4::ZERO)?;
         let places = topology.segments.iter().map(|s| (s.nodes.clone(), s.held.clone()));
-        let parts = OnTouch::new(nodes, vertices, places);
+        let parts = OnTouch::new(nodes, vertices, places)?;
         let prim_count = mesh.triangles.len();
         let (revived, touched) = (AtomicBool::new(false), Touched::default());
-        Ok(Self { topology, parts, source, bounds, prim_count, revived, touched, links: None })
+        Ok(Self { topology, parts, source, bounds, prim_count, revived, touched, links: None, below_root: Vec::new() })
     }
 
     /// Says that vertices have moved, and where they are now; the triangles are those of the build. The top is written `now`, if rays are expected, or waits
@@ -162,10 +165,10 @@ impl LazyBvh {
         self.source = source;
         self.parts.advance();
         if now && !self.is_empty() {
-            let boxes = self.boxes_below(0, mesh, true);
-            let nodes = self.write_now(0, mesh, &boxes);
+            let boxes = self.boxes_below_root(mesh);
+            let nodes = self.write_root(mesh, &boxes);
             let (bounds, count) = (nodes[0].union(), nodes.len());
-            self.bounds = bounds;
+            (self.bounds, self.below_root) = (bounds, boxes);
             Some(count)
         } else {
             self.bounds = box_of_all(&mesh.positions);
@@ -268,7 +271,7 @@ impl LazyBvh {
         self.parts.touch(segment, |nodes, vertices| {
             self.touched.segments.fetch_add(1, Ordering::Relaxed);
             self.touched.nodes.fetch_add(nodes.len() as u64, Ordering::Relaxed);
-            self.write(segment, &mesh, nodes, vertices, &self.boxes_below(segment, &mesh, false));
+            self.write(segment, &mesh, nodes, vertices, self.asked(&mesh));
         })?;
         Some(ChildRef::node(self.topology.segments[segment].nodes.start))
     }
@@ -278,18 +281,18 @@ impl LazyBvh {
     /// # Panics
     /// When the scene was changed after the last update.
     #[cold]
-    pub fn copy(&self, segment: usize) -> OwnPart {
+    pub fn copy(&self, segment: usize) -> Result<OwnPart, OutOfMemory> {
         let mesh = &*self.source.mesh();
         let Segment { nodes, held, .. } = &self.topology.segments[segment];
         let children = &self.topology.children[nodes.clone()];
         let mut own = OwnPart {
-            nodes: children.iter().map(|&c| Node8 { children: c, ..Node8::EMPTY }).collect(),
-            vertices: vec![Vec4::ZERO; held.len()],
+            nodes: collected(children.iter().map(|&c| Node8 { children: c, ..Node8::EMPTY }))?,
+            vertices: repeated(Vec4::ZERO, held.len())?,
             first_node: nodes.start,
             first_vertex: held.start,
         };
-        self.write(segment, mesh, &mut own.nodes, &mut own.vertices, &self.boxes_below(segment, mesh, false));
-        own
+        self.write(segment, mesh, &mut own.nodes, &mut own.vertices, self.asked(mesh));
+        Ok(own)
     }
 
     /// As if another thread were writing the segment, until vertices move.
@@ -300,29 +303,43 @@ impl LazyBvh {
     }
 
     /// Writes a segment with the exclusive right to do so.
-    fn write_now(&mut self, segment: usize, mesh: &Mesh, boxes: &[BlockBox]) -> &[Node8] {
-        let this = &*self;
+    fn write_root(&self, mesh: &Mesh, boxes: &[BlockBox]) -> &[Node8] {
         // Not counted: no ray has asked for it.
-        let written = this.parts.touch(segment, |nodes, vertices| this.write(segment, mesh, nodes, vertices, boxes));
+        let written = self.parts.touch(0, |nodes, vertices| match boxes {
+            // Without memory for them.
+            [] => self.write(0, mesh, nodes, vertices, self.asked(mesh)),
+            known => self.write(
+                0,
+                mesh,
+                nodes,
+                vertices,
+                Known { boxes: known, first: self.topology.segments[0].below.start },
+            ),
+        });
         written.expect("nobody else is writing").0
     }
 
-    /// The boxes of the segments below one, from their vertices.
-    fn boxes_below(&self, segment: usize, mesh: &Mesh, parallel: bool) -> Vec<BlockBox> {
-        let vertex_box = |below: &Segment| {
-            let Aabb { lo, hi } = box_of_set(&mesh.positions, &self.topology.around, &below.around);
-            BlockBox { lo: lo.extend(0.0), hi: hi.extend(0.0) }
-        };
-        let below = &self.topology.segments[self.topology.segments[segment].below.clone()];
-        if parallel {
-            below.par_iter().with_min_len(8).map(vertex_box).collect()
-        } else {
-            below.iter().map(vertex_box).collect()
-        }
+    /// The boxes of segments, each asked for when it is needed.
+    fn asked<'a>(&'a self, mesh: &'a Mesh) -> Asked<'a> {
+        Asked { topology: &self.topology, mesh }
     }
 
-    /// `below` are the boxes of the segments below.
-    fn write(&self, segment: usize, mesh: &Mesh, nodes: &mut [Node8], vertices: &mut [Vec4], below: &[BlockBox]) {
+    /// The boxes of all segments below the first, by all threads, in the memory of the last time; none without memory.
+    fn boxes_below_root(&mut self, mesh: &Mesh) -> Vec<BlockBox> {
+        let mut boxes = std::mem::take(&mut self.below_root);
+        boxes.clear();
+        let below = self.topology.segments[0].below.clone();
+        if boxes.room(below.len()).is_ok() {
+            below
+                .into_par_iter()
+                .with_min_len(8)
+                .map(|number| self.asked(mesh).of(number))
+                .collect_into_vec(&mut boxes);
+        }
+        boxes
+    }
+
+    fn write(&self, segment: usize, mesh: &Mesh, nodes: &mut [Node8], vertices: &mut [Vec4], below: impl Below) {
         let segment = &self.topology.segments[segment];
         if simd::run(Level::detect(), Write { topology: &self.topology, segment, mesh, nodes, vertices, below }) {
             self.revived.store(true, Ordering::Relaxed);

@@ -133,12 +133,13 @@ impl Topology {
             (blocks, outlines) = (others, other_outlines);
         }
         // The numbers of corners within the segment at first.
-        let own: Vec<Vec<u32>> = cut
-            .into_par_iter()
+        let mut own: Vec<Result<Vec<u32>, OutOfMemory>> = reserve(cut.len())?;
+        cut.into_par_iter()
             .map_init(Distinct::default, |list, (blocks, outlines)| list.number_corners(mesh, blocks, outlines))
-            .collect::<Result<_, _>>()?;
-        let mut vertices = reserve(own.iter().map(Vec::len).sum())?;
+            .collect_into_vec(&mut own);
+        let mut vertices = reserve(own.iter().flatten().map(Vec::len).sum())?;
         for (segment, own) in self.segments.iter_mut().zip(own) {
+            let own = own?;
             segment.held = vertices.len()..vertices.len() + own.len();
             vertices.extend_from_slice(&own);
         }
@@ -162,9 +163,11 @@ impl Topology {
             this.each_list(number, &mut |list| marks.mark(list));
             marks.take()
         });
-        let sets: Vec<[Vec<u32>; 2]> = sets.collect::<Result<_, _>>()?;
-        let mut around = reserve(sets.iter().flatten().map(Vec::len).sum())?;
-        for (segment, [runs, rest]) in self.segments.iter_mut().skip(1).zip(sets) {
+        let mut found: Vec<Result<[Vec<u32>; 2], OutOfMemory>> = reserve(self.segments.len() - 1)?;
+        sets.collect_into_vec(&mut found);
+        let mut around = reserve(found.iter().flatten().flatten().map(Vec::len).sum())?;
+        for (segment, set) in self.segments.iter_mut().skip(1).zip(found) {
+            let [runs, rest] = set?;
             let middle = around.len() + runs.len();
             segment.around = VertexSet { runs: around.len()..middle, rest: middle..middle + rest.len() };
             around.extend_from_slice(&runs);

@@ -10,6 +10,7 @@ use super::lazy::{LazyBvh, Source};
 use super::lazy_cut::LazyBlock;
 use super::lazy_write::box_of_triangles;
 use super::links::{Below, Links, Upwards, set_lane};
+use crate::memory::collected;
 use crate::scene::Mesh;
 use crate::simd::number_at;
 
@@ -23,9 +24,9 @@ impl LazyBvh {
             Some(links) => links,
             None => self.make_links(mesh)?,
         };
+        let blocks = links.blocks_of(vertices)?;
+        let mut upwards = Upwards::from_leaves(blocks.len())?;
         self.set_source(source);
-        let mut upwards = Upwards::default();
-        let blocks = links.blocks_of(vertices);
         let mut last = None;
         for &block in &blocks {
             let (node, lane) = links.leaf(block as usize);
@@ -125,7 +126,7 @@ impl LazyBvh {
             let used = children.iter().take_while(|c| !c.is_empty()).enumerate();
             used.map(move |(lane, child)| (WIDTH * node + lane, below(child)))
         });
-        let prims: Vec<_> = topology.blocks.iter().map(|block| block.prims).collect();
+        let prims = collected(topology.blocks.iter().map(|block| block.prims))?;
         Links::new(topology.children.len(), &prims, lanes, mesh)
     }
 }

@@ -114,7 +114,7 @@ fn a_private_copy_equals_what_the_writer_writes() {
     let mesh = bumpy_sphere(20, 30);
     let lazy = built(&mesh, LazyShape { cut: 100, levels: 0 });
     for number in 0..lazy.segments() {
-        let own = lazy.copy(number);
+        let own = lazy.copy(number).expect("memory");
         lazy.touch(number);
         let (own, shared) = (own.part(), lazy.current(number).expect("written"));
         assert_eq!(format!("{own:?}"), format!("{shared:?}"));

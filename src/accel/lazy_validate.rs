@@ -28,7 +28,7 @@ fn segment(lazy: &LazyBvh, number: usize, mesh: &Mesh, seen: &mut [bool]) -> Res
         Some(part) => part,
         None if lazy.touch(number).is_some() => lazy.current(number).ok_or("touched, and not up to date")?,
         None => {
-            own = lazy.copy(number);
+            own = lazy.copy(number).map_err(|error| error.to_string())?;
             own.part()
         }
     };

@@ -19,11 +19,12 @@ use super::block_loader::{BlockBox, vertex};
 use super::bvh::{Node8, WIDTH};
 use super::lazy_cut::{LazyBlock, Segment, Topology};
 use super::lazy_number::{MANY, Outline};
+use super::refit::set_bounds;
 use super::triangle_bounds;
-use super::vertex_box::{AHEAD, LIMIT, ask_for_first, each_listed};
+use super::vertex_box::{AHEAD, LIMIT, ask_for_first, box_of_set, each_listed};
 use crate::scene::Mesh;
 use crate::simd::{Kernel, box_at, box_at_few, components, prefetch_at};
-use glam::{BVec4A, Mat4, Vec4};
+use glam::{BVec4A, Vec4};
 use std::ops::Range;
 
 /// Vertices between asking for more of what is needed after them.
@@ -31,18 +32,18 @@ const STEP: usize = 8;
 /// Outlines in a line of the cache.
 const OUTLINES: usize = 64 / size_of::<Outline>();
 
-/// Nodes and vertices are those of the segment, `below` the boxes of the segments below. Returns whether a triangle can be hit that was unusable at
+/// Nodes and vertices are those of the segment, `below` knows the boxes of the segments below. Returns whether a triangle can be hit that was unusable at
 /// the build.
-pub(super) struct Write<'a> {
+pub(super) struct Write<'a, B> {
     pub topology: &'a Topology,
     pub segment: &'a Segment,
     pub mesh: &'a Mesh,
     pub nodes: &'a mut [Node8],
     pub vertices: &'a mut [Vec4],
-    pub below: &'a [BlockBox],
+    pub below: B,
 }
 
-impl Kernel for Write<'_> {
+impl<B: Below> Kernel for Write<'_, B> {
     type Output = bool;
 
     #[inline(always)]
@@ -63,12 +64,45 @@ impl Kernel for Write<'_> {
         // Not closures: these would be compiled for any processor.
         if usable && !segment.dropped {
             let leaves = Vertices { vertices, segment, outlines };
-            write_nodes(topology, segment, nodes, below, leaves);
+            write_nodes(topology, segment, nodes, &below, leaves);
             return false;
         }
         let mut any = false;
-        write_nodes(topology, segment, nodes, below, Triangles { mesh, any: &mut any });
+        write_nodes(topology, segment, nodes, &below, Triangles { mesh, any: &mut any });
         any && segment.dropped
+    }
+}
+
+/// Where the box of a segment below comes from, around its vertices.
+pub(super) trait Below {
+    /// Of segment `number`.
+    fn of(&self, number: usize) -> BlockBox;
+}
+
+/// From a list that begins with that of segment `first`.
+pub(super) struct Known<'a> {
+    pub boxes: &'a [BlockBox],
+    pub first: usize,
+}
+
+impl Below for Known<'_> {
+    #[inline(always)]
+    fn of(&self, number: usize) -> BlockBox {
+        self.boxes[number - self.first]
+    }
+}
+
+/// From the vertices.
+pub(super) struct Asked<'a> {
+    pub topology: &'a Topology,
+    pub mesh: &'a Mesh,
+}
+
+impl Below for Asked<'_> {
+    fn of(&self, number: usize) -> BlockBox {
+        let Self { topology, mesh } = self;
+        let Aabb { lo, hi } = box_of_set(&mesh.positions, &topology.around, &topology.segments[number].around);
+        BlockBox { lo: lo.extend(0.0), hi: hi.extend(0.0) }
     }
 }
 
@@ -138,54 +172,70 @@ fn fetch(mesh: &Mesh, lists: &[u32], which: Range<usize>, vertices: &mut [Vec4],
     usable.bitmask() & 7 == 7
 }
 
-/// Writes the boxes of all lanes, last node first. What is passed on to nodes above is not padded yet: they pad it themselves, by more.
+/// Writes the boxes of all lanes, last node first, and then pads them, as [`super::aabb::padded`] does: those around vertices then contain the boxes of the
+/// triangles between them. What is passed on to nodes above is not padded: they pad it themselves, by more.
 #[inline(always)]
 fn write_nodes(
     topology: &Topology,
     segment: &Segment,
     nodes: &mut [Node8],
-    below: &[BlockBox],
+    below: &impl Below,
     mut leaves: impl Leaves,
 ) {
-    let mut boxes = vec![BlockBox::EMPTY; nodes.len()];
-    for (i, node) in nodes.iter_mut().enumerate().rev() {
+    for i in (0..nodes.len()).rev() {
+        let (before, after) = nodes.split_at_mut(i + 1);
+        let node = &mut before[i];
         let mut lanes = [BlockBox::EMPTY; WIDTH];
-        let mut all = BlockBox::EMPTY;
         for (child, lane) in node.children.iter().zip(&mut lanes) {
             if child.is_empty() {
                 break;
             }
             *lane = if !child.is_leaf() {
-                boxes[child.index() - segment.nodes.start]
+                around(&after[child.index() - segment.nodes.start - (i + 1)])
             } else if let Some(number) = topology.segment_of_leaf(*child) {
-                below[number - segment.below.start]
+                below.of(number)
             } else {
                 leaves.leaf(topology, child.blocks())
             };
-            all = all.union(lane);
         }
-        boxes[i] = all;
-        set_padded(node, &lanes);
+        set_bounds(node, &lanes);
     }
+    nodes.iter_mut().for_each(pad);
 }
 
-/// Writes the boxes of all lanes, padded as [`super::aabb::padded`] does: then those around vertices contain the boxes of the triangles between them.
+/// The box around all lanes.
+#[inline(always)]
+fn around(node: &Node8) -> BlockBox {
+    let row = |row: usize| {
+        let half = |at: usize| Vec4::from_slice(&node.bounds[row][at..at + 4]);
+        [half(0), half(4)]
+    };
+    let least = |at: usize| {
+        let [a, b] = row(2 * at);
+        a.min(b).min_element()
+    };
+    let most = |at: usize| {
+        let [a, b] = row(2 * at + 1);
+        a.max(b).max_element()
+    };
+    BlockBox { lo: Vec4::new(least(0), least(1), least(2), 0.0), hi: Vec4::new(most(0), most(1), most(2), 0.0) }
+}
+
 /// Boxes that are padded already grow a little more. Empty ones stay empty.
 #[inline(always)]
-fn set_padded(node: &mut Node8, lanes: &[BlockBox; WIDTH]) {
+fn pad(node: &mut Node8) {
     for half in 0..2 {
-        let [a, b, c, d] = [lanes[4 * half], lanes[4 * half + 1], lanes[4 * half + 2], lanes[4 * half + 3]];
-        let lo = Mat4::from_cols(a.lo, b.lo, c.lo, d.lo).transpose();
-        let hi = Mat4::from_cols(a.hi, b.hi, c.hi, d.hi).transpose();
-        let rows = [(lo.x_axis, hi.x_axis), (lo.y_axis, hi.y_axis), (lo.z_axis, hi.z_axis)];
+        let lanes = 4 * half..4 * half + 4;
+        let row = |row: usize| Vec4::from_slice(&node.bounds[row][lanes.clone()]);
+        let rows = [0, 1, 2].map(|axis| (row(2 * axis), row(2 * axis + 1)));
         let [(x, far_x), (y, far_y), (z, far_z)] = rows;
         let extent = (far_x - x).max(far_y - y).max(far_z - z).max(Vec4::ZERO);
         for (axis, (lo, hi)) in rows.into_iter().enumerate() {
             // The limit keeps the pad of an empty box finite.
             let largest = lo.abs().max(hi.abs()).min(Vec4::splat(LIMIT));
             let pad = (extent * PAD_EXTENT + largest * PAD_ULP) + Vec4::splat(PAD_ABSOLUTE);
-            node.bounds[2 * axis][4 * half..][..4].copy_from_slice(&(lo - pad).to_array());
-            node.bounds[2 * axis + 1][4 * half..][..4].copy_from_slice(&(hi + pad).to_array());
+            node.bounds[2 * axis][lanes.clone()].copy_from_slice(&(lo - pad).to_array());
+            node.bounds[2 * axis + 1][lanes.clone()].copy_from_slice(&(hi + pad).to_array());
         }
     }
 }

@@ -12,6 +12,7 @@ use super::block_loader::{BlockBox, Load, Prims, block_bounds, load};
 use super::bvh::{BLOCK, Bvh, ChildRef, Node8, OutOfMemory, Tri4, WIDTH};
 use super::memory::reserve;
 use super::{Aabb, Refit, triangle_bounds};
+use crate::memory::collected;
 use crate::scene::Mesh;
 use std::collections::BinaryHeap;
 
@@ -84,12 +85,13 @@ impl Links {
     }
 
     /// The blocks that hold any of `vertices`, ascending, each once.
-    pub fn blocks_of(&self, vertices: &[u32]) -> Vec<u32> {
+    pub fn blocks_of(&self, vertices: &[u32]) -> Result<Vec<u32>, OutOfMemory> {
         let range = |v: u32| self.first[v as usize] as usize..self.first[v as usize + 1] as usize;
-        let mut blocks: Vec<u32> = vertices.iter().flat_map(|&v| &self.blocks[range(v)]).copied().collect();
+        let mut blocks = reserve(vertices.iter().map(|&v| range(v).len()).sum())?;
+        blocks.extend(vertices.iter().flat_map(|&v| &self.blocks[range(v)]).copied());
         blocks.sort_unstable();
         blocks.dedup();
-        blocks
+        Ok(blocks)
     }
 
     /// The node and the lane of a block's leaf.
@@ -119,10 +121,16 @@ fn vertices_of(prims: &[u32; BLOCK], mesh: &Mesh, mut to: impl FnMut(u32)) {
 }
 
 /// Nodes whose boxes have changed, highest number first.
-#[derive(Default)]
 pub(super) struct Upwards(BinaryHeap<usize>);
 
 impl Upwards {
+    /// With room for so many leaves: whoever is pushed later was taken out before.
+    pub fn from_leaves(count: usize) -> Result<Self, OutOfMemory> {
+        let mut nodes = BinaryHeap::new();
+        nodes.try_reserve_exact(count).map_err(|_| OutOfMemory::of::<usize>(count))?;
+        Ok(Self(nodes))
+    }
+
     pub fn push(&mut self, node: usize) {
         self.0.push(node);
     }
@@ -139,9 +147,10 @@ impl Upwards {
 
 /// Writes one block and returns its box.
 pub(super) fn write_block(block: &mut Tri4, mesh: &Mesh) -> Aabb {
-    let mut boxes: Vec<BlockBox> = Vec::with_capacity(1);
-    load(Load { mesh, blocks: std::slice::from_mut(block), prims: &Keep, boxes: &mut boxes });
-    boxes[0].into()
+    let mut bounds = BlockBox::EMPTY;
+    let (blocks, boxes) = (std::slice::from_mut(block), std::slice::from_mut(&mut bounds));
+    load(Load { mesh, blocks, prims: &Keep, boxes });
+    bounds.into()
 }
 
 /// Sets a lane to the box of its blocks; whether that changed it.
@@ -170,7 +179,7 @@ impl Prims for Keep {
 impl Bvh {
     /// The ways up this tree, for [`Bvh::refit_moved`].
     pub(super) fn links(&self, mesh: &Mesh) -> Result<Links, OutOfMemory> {
-        let prims: Vec<[u32; BLOCK]> = self.blocks.iter().map(|block| block.prims).collect();
+        let prims = collected(self.blocks.iter().map(|block| block.prims))?;
         let lanes = self.nodes.iter().enumerate().flat_map(|(node, n)| {
             let below = |child: &ChildRef| match child.is_leaf() {
                 true => Below::Blocks(child.blocks()),
@@ -182,17 +191,22 @@ impl Bvh {
     }
 
     /// [`Bvh::refit`] where only `vertices` moved: the same tree, bit for bit. Also says how many nodes were looked at.
-    pub(super) fn refit_moved(&mut self, mesh: &Mesh, vertices: &[u32], links: &Links) -> (Refit, usize) {
+    pub(super) fn refit_moved(
+        &mut self,
+        mesh: &Mesh,
+        vertices: &[u32],
+        links: &Links,
+    ) -> Result<(Refit, usize), OutOfMemory> {
         if mesh.triangles.len() != self.prim_count
             || self.dropped.iter().any(|&prim| !triangle_bounds(mesh.corners(prim)).is_empty())
         {
-            return (Refit::NeedsRebuild, 0);
+            return Ok((Refit::NeedsRebuild, 0));
         }
-        let blocks = links.blocks_of(vertices);
+        let blocks = links.blocks_of(vertices)?;
+        let mut upwards = Upwards::from_leaves(blocks.len())?;
         for &block in &blocks {
             write_block(&mut self.blocks[block as usize], mesh);
         }
-        let mut upwards = Upwards::default();
         let mut last = None;
         for leaf in blocks.iter().map(|&block| links.leaf(block as usize)) {
             // The blocks of a leaf are neighbours.
@@ -218,7 +232,7 @@ impl Bvh {
                 None => self.set_bounds(bounds),
             }
         }
-        (Refit::Done, count)
+        Ok((Refit::Done, count))
     }
 }
 
@@ -264,8 +278,8 @@ mod tests {
                         _ => *p + random.vec() * 0.01,
                     };
                 }
-                let expected = pool.install(|| all.refit(&mesh));
-                let (found, looked_at) = some.refit_moved(&mesh, &vertices, &links);
+                let expected = pool.install(|| all.refit_once(&mesh));
+                let (found, looked_at) = some.refit_moved(&mesh, &vertices, &links).expect("memory");
                 assert_eq!(found, expected, "seed {seed}, {name}, round {round}");
                 if expected == Refit::NeedsRebuild {
                     break;

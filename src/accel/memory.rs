@@ -1,37 +1,20 @@
 //! Memory of structures: asked for so that a refusal is an error, and used again from build to build.
 
 use super::OutOfMemory;
+use crate::memory::{Room, vec_of};
+pub(super) use crate::memory::{cloned, copied};
 use rayon::prelude::*;
 
 /// A vector with room for `len` elements, or the error.
 pub(super) fn reserve<T>(len: usize) -> Result<Vec<T>, OutOfMemory> {
-    let mut vec = Vec::new();
-    vec.try_reserve_exact(len).map_err(|_| OutOfMemory { bytes: len.saturating_mul(size_of::<T>()) })?;
+    let mut vec = vec_of(len)?;
     crate::simd::prefer_huge_pages(vec.spare_capacity_mut());
     Ok(vec)
 }
 
 /// Makes a vector have room for `len` elements.
 pub(super) fn ask<T>(vec: &mut Vec<T>, len: usize) -> Result<(), OutOfMemory> {
-    let more = len.saturating_sub(vec.len());
-    vec.try_reserve(more).map_err(|_| OutOfMemory { bytes: len.saturating_mul(size_of::<T>()) })
-}
-
-/// A copy, no larger than it must be.
-pub(super) fn copied<T: Copy>(elements: &[T]) -> Result<Vec<T>, OutOfMemory> {
-    let mut vec = Vec::new();
-    let bytes = size_of_val(elements);
-    vec.try_reserve_exact(elements.len()).map_err(|_| OutOfMemory { bytes })?;
-    vec.extend_from_slice(elements);
-    Ok(vec)
-}
-
-/// [`copied`], of elements that need [`Clone`].
-pub(super) fn cloned<T: Clone>(elements: &[T]) -> Result<Vec<T>, OutOfMemory> {
-    let mut vec = Vec::new();
-    vec.try_reserve_exact(elements.len()).map_err(|_| OutOfMemory { bytes: size_of_val(elements) })?;
-    vec.extend_from_slice(elements);
-    Ok(vec)
+    vec.room(len.saturating_sub(vec.len()))
 }
 
 /// The same vector if it has room for `len` elements and not for more than twice as many; else another one. A vector that

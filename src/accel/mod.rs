@@ -62,7 +62,7 @@ pub use lazy_cut::LazyBlock;
 pub use lazy_validate::validate_lazy;
 pub use object_accel::{ObjectAccel, Structure};
 pub use proximity::{ProximityNode, ProximityTree};
-pub use refit::Refit;
+pub use refit::{Refit, SweepScratch};
 pub use statics::{Merged, Merging};
 pub use top_level_bsp::{TOP_MAX_DEPTH, TopLevelBsp, TopNode};
 pub use top_level_bvh::TopLevelBvh;

@@ -9,7 +9,9 @@
 
 use super::binning::{PARALLEL, Split};
 use super::prim_ref::PrimRef;
+use crate::memory::{OutOfMemory, Room, push, repeated, vec_of};
 use crate::simd::{self, Kernel, Level};
+use crate::threads::Desks;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -44,21 +46,72 @@ impl Kernel for Divide<'_> {
 }
 
 /// What [`partition`] needs to work.
-pub(super) fn scratch() -> Vec<PrimRef> {
-    vec![PrimRef::EMPTY; RUN]
+#[derive(Debug, Default)]
+pub(super) struct Scratch(Vec<PrimRef>);
+
+/// That of every thread.
+pub(super) type Scratches = Desks<Scratch>;
+
+/// Makes them ready for [`partition`].
+pub(super) fn prepare(scratches: &mut Scratches) -> Result<(), OutOfMemory> {
+    scratches.prepare(usize::MAX, Scratch::prepare)
 }
 
-/// Puts the triangles of the left side first and returns how many they are. `scratch` comes from [`scratch`].
-pub(super) fn partition(level: Level, refs: &mut [PrimRef], scratch: &mut [PrimRef], split: &Split) -> usize {
-    if refs.len() <= RUN {
-        return simd::run(level, Divide { refs, scratch, split });
+impl Scratch {
+    pub fn prepare(&mut self) -> Result<(), OutOfMemory> {
+        self.0.room(RUN.saturating_sub(self.0.len()))
     }
-    let parallel = refs.len() > PARALLEL;
-    let lefts: Vec<usize> = if parallel {
-        let runs = refs.par_chunks_mut(RUN).with_min_len(8);
-        runs.map_init(self::scratch, |scratch, refs| simd::run(level, Divide { refs, scratch, split })).collect()
-    } else {
-        refs.chunks_mut(RUN).map(|refs| simd::run(level, Divide { refs, scratch, split })).collect()
+
+    pub fn memory_bytes(&self) -> usize {
+        self.0.capacity() * size_of::<PrimRef>()
+    }
+
+    fn get(&mut self) -> &mut [PrimRef] {
+        self.0.resize(RUN, PrimRef::EMPTY);
+        &mut self.0
+    }
+}
+
+/// Where [`partition`] gets it from.
+pub(super) enum From<'a> {
+    One(&'a mut Scratch),
+    Any(&'a Scratches),
+}
+
+impl From<'_> {
+    fn with<R>(&mut self, work: impl FnOnce(&mut [PrimRef]) -> R) -> R {
+        match self {
+            From::One(scratch) => work(scratch.get()),
+            From::Any(all) => all.at_one(|scratch| work(scratch.get())),
+        }
+    }
+}
+
+/// Puts the triangles of the left side first and returns how many they are. Where scratch comes from one place only, there are so few that
+/// one thread divides them.
+pub(super) fn partition(
+    level: Level,
+    refs: &mut [PrimRef],
+    scratch: &mut From<'_>,
+    split: &Split,
+) -> Result<usize, OutOfMemory> {
+    let divide = |refs: &mut [PrimRef], scratch: &mut [PrimRef]| simd::run(level, Divide { refs, scratch, split });
+    if refs.len() <= RUN {
+        return Ok(scratch.with(|scratch| divide(refs, scratch)));
+    }
+    let mut lefts = repeated(0usize, refs.len().div_ceil(RUN))?;
+    let parallel = match scratch {
+        From::Any(all) if refs.len() > PARALLEL => {
+            let runs = refs.par_chunks_mut(RUN).zip(&mut lefts).with_min_len(8);
+            runs.for_each(|(refs, left)| *left = all.at_one(|scratch| divide(refs, scratch.get())));
+            true
+        }
+        _ => {
+            for (refs, left) in refs.chunks_mut(RUN).zip(&mut lefts) {
+                *left = scratch.with(|scratch| divide(refs, scratch));
+            }
+            false
+        }
     };
 
     let border = lefts.iter().sum::<usize>();
@@ -68,15 +121,15 @@ pub(super) fn partition(level: Level, refs: &mut [PrimRef], scratch: &mut [PrimR
         lefts.iter().enumerate().map(|(run, left)| run_start(run) + left..run_start(run + 1).min(border));
     let belong_left = lefts.iter().enumerate().map(|(run, left)| run_start(run).max(border)..run_start(run) + left);
     let (left, right) = refs.split_at_mut(border);
-    let from_left = stretches(left, 0, belong_right);
-    let from_right = stretches(right, border, belong_left);
-    let pairs = pair(from_left, from_right);
+    let from_left = stretches(left, 0, belong_right)?;
+    let from_right = stretches(right, border, belong_left)?;
+    let pairs = pair(from_left, from_right)?;
     if parallel {
         pairs.into_par_iter().for_each(|(a, b)| a.swap_with_slice(b));
     } else {
         pairs.into_iter().for_each(|(a, b)| a.swap_with_slice(b));
     }
-    border
+    Ok(border)
 }
 
 /// The parts of `refs` (whose first has the position `at`) at ascending positions, without empty ones.
@@ -84,19 +137,21 @@ fn stretches(
     mut refs: &mut [PrimRef],
     mut at: usize,
     positions: impl Iterator<Item = Range<usize>>,
-) -> Vec<&mut [PrimRef]> {
+) -> Result<Vec<&mut [PrimRef]>, OutOfMemory> {
     let mut found = Vec::new();
     for range in positions.filter(|r| r.start < r.end) {
         let (these, rest) = std::mem::take(&mut refs)[range.start - at..].split_at_mut(range.len());
-        found.push(these);
+        push(&mut found, these)?;
         (refs, at) = (rest, range.end);
     }
-    found
+    Ok(found)
 }
 
+type Pair<'a> = (&'a mut [PrimRef], &'a mut [PrimRef]);
+
 /// Cuts two lists of the same total length into pairs of equal lengths.
-fn pair<'a>(a: Vec<&'a mut [PrimRef]>, b: Vec<&'a mut [PrimRef]>) -> Vec<(&'a mut [PrimRef], &'a mut [PrimRef])> {
-    let mut pairs = Vec::with_capacity(a.len() + b.len());
+fn pair<'a>(a: Vec<&'a mut [PrimRef]>, b: Vec<&'a mut [PrimRef]>) -> Result<Vec<Pair<'a>>, OutOfMemory> {
+    let mut pairs = vec_of(a.len() + b.len())?;
     let (mut a, mut b) = (a.into_iter(), b.into_iter());
     let (mut x, mut y): (&mut [PrimRef], &mut [PrimRef]) = (&mut [], &mut []);
     loop {
@@ -113,5 +168,5 @@ fn pair<'a>(a: Vec<&'a mut [PrimRef]>, b: Vec<&'a mut [PrimRef]>) -> Vec<(&'a mu
         pairs.push((these, those));
         (x, y) = (rest, remaining);
     }
-    pairs
+    Ok(pairs)
 }

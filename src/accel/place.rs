@@ -206,6 +206,10 @@ impl Placed {
         self.some_untransformed = sum.untransformed;
         self.triangles = sum.triangles;
 
+        if outliers.try_reserve(fates.iter().filter(|fate| matches!(fate, Fate::Outlier)).count()).is_err() {
+            self.clear();
+            return Err(OutOfMemory { bytes });
+        }
         // Taking out is rare: one object that is not there, one matrix that is singular.
         let mut kept = 0;
         for i in 0..count {

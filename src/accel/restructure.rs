@@ -18,6 +18,7 @@ use super::memory::{filled, more, recycled};
 use super::partition;
 use super::rotate::Wear;
 use super::treelet::{Areas, Items, Treelet};
+use crate::memory::{Room, push, vec_of};
 use crate::simd::{self, Kernel, Level};
 use rayon::prelude::*;
 
@@ -79,7 +80,7 @@ impl Plan {
                 continue;
             }
             if !gone[index] {
-                roots.push(index as u32);
+                push(&mut roots, index as u32)?;
             }
             for (lane, child) in bvh.nodes[index].children.iter().enumerate() {
                 if child.is_empty() {
@@ -96,7 +97,7 @@ impl Plan {
     }
 
     /// Gives the cost of what is worn.
-    fn gather(&self, bvh: &Bvh, wear: &Wear, index: usize, items: &mut Items) -> f64 {
+    fn gather(&self, bvh: &Bvh, wear: &Wear, index: usize, items: &mut Items) -> Result<f64, OutOfMemory> {
         let node = &bvh.nodes[index];
         let mut cost = 0.0;
         for lane in 0..node.child_count() {
@@ -106,39 +107,45 @@ impl Plan {
             if self.worn[index] >> lane & 1 == 0 {
                 let b = node.child_bounds(lane);
                 let bounds = BlockBox { lo: b.lo.extend(0.0), hi: b.hi.extend(0.0) };
-                items.keep(child, bounds, wear.was[index][lane]);
+                items.keep(child, bounds, wear.was[index][lane])?;
             } else if child.is_leaf() {
-                child.blocks().for_each(|block| items.dissolve(block, &bvh.blocks[block]));
+                child.blocks().try_for_each(|block| items.dissolve(block, &bvh.blocks[block]))?;
             } else {
-                cost += self.gather(bvh, wear, child.index(), items);
+                cost += self.gather(bvh, wear, child.index(), items)?;
             }
         }
-        cost
+        Ok(cost)
     }
 
     /// Builds what is worn anew, where that makes it smaller. Gives by how much the sum of areas has become so. Without memory nothing
     /// changes.
     pub fn carry_out(&self, bvh: &mut Bvh, wear: &mut Wear) -> Result<f64, OutOfMemory> {
+        partition::prepare(&mut wear.scratches)?;
         let (tree, areas, growth) = (&*bvh, &*wear, wear.growth(bvh));
-        let mut made: Vec<Made> = self
-            .roots
-            .par_iter()
-            .map_init(partition::scratch, |scratch, &root| {
-                let mut items = Items::default();
-                let before = self.gather(tree, areas, root as usize, &mut items);
-                let treelet = items.build(&tree.blocks, growth, scratch);
-                let saved = before - treelet.cost;
-                let freed = items.freed;
-                (saved > treelet.cost * GAIN).then_some(Made { root: root as usize, treelet, freed, saved })
-            })
-            .flatten_iter()
-            .collect();
+        let make = |&root: &u32| {
+            let mut items = Items::default();
+            let before = self.gather(tree, areas, root as usize, &mut items)?;
+            let treelet = items.build(&tree.blocks, growth, &areas.scratches)?;
+            let saved = before - treelet.cost;
+            if saved <= treelet.cost * GAIN {
+                return Ok(None);
+            }
+            let places = vec_of(treelet.blocks.len())?;
+            Ok(Some(Made { root: root as usize, treelet, freed: items.freed, places, saved }))
+        };
+        let mut tried: Vec<Result<Option<Made>, OutOfMemory>> = vec_of(self.roots.len())?;
+        self.roots.par_iter().map(make).collect_into_vec(&mut tried);
+        let mut made = vec_of(tried.len())?;
+        for one in tried {
+            made.extend(one?);
+        }
         if made.is_empty() {
             return Ok(0.0);
         }
+        wear.free.room(made.iter().map(|m: &Made| m.freed.len()).sum())?;
         let nodes = made.iter().map(|m| m.treelet.nodes.len()).sum::<usize>();
         let blocks = made.iter().map(|m| m.treelet.blocks.len().saturating_sub(m.freed.len())).sum::<usize>();
-        let mut order = Order::with_room_for(bvh.nodes.len() + nodes, wear)?;
+        let order = Order::with_room_for(bvh.nodes.len() + nodes, wear)?;
         more(&mut bvh.nodes, nodes)?;
         more(&mut wear.was, nodes)?;
         more(&mut wear.now, nodes)?;
@@ -155,15 +162,16 @@ struct Made {
     root: usize,
     treelet: Treelet,
     freed: Vec<u32>,
+    /// Room for where its blocks go.
+    places: Vec<usize>,
     saved: f64,
 }
 
 impl Made {
     /// Appends its nodes but the first, and puts its blocks where there is room.
     fn put(self, bvh: &mut Bvh, wear: &mut Wear) {
-        let Made { root, treelet, mut freed, .. } = self;
+        let Made { root, treelet, mut freed, mut places, .. } = self;
         freed.sort_unstable();
-        let mut places = Vec::with_capacity(treelet.blocks.len());
         let mut own = freed.iter().copied();
         for block in treelet.blocks {
             let place = own.next().or_else(|| wear.free.pop()).unwrap_or(bvh.blocks.len() as u32);
@@ -199,6 +207,9 @@ impl Made {
 struct Order {
     nodes: Vec<Node8>,
     was: Vec<Areas>,
+    /// Places whose children are numbers of the old order yet.
+    open: Vec<usize>,
+    below: Vec<(usize, usize, usize)>,
 }
 
 impl Order {
@@ -208,23 +219,23 @@ impl Order {
         let mut was = recycled(std::mem::take(&mut wear.spare_was), count)?;
         nodes.clear();
         was.clear();
-        Ok(Self { nodes, was })
+        wear.parts.clear();
+        wear.parts.room(PARTS * WIDTH)?;
+        Ok(Self { nodes, was, open: vec_of(PARTS)?, below: vec_of(PARTS * WIDTH)? })
     }
 
-    fn copy(&mut self, bvh: &mut Bvh, wear: &mut Wear) {
-        wear.parts.clear();
-        // Places whose children are numbers of the old order yet.
-        let mut open = vec![self.push(bvh, wear, 0)];
+    fn copy(mut self, bvh: &mut Bvh, wear: &mut Wear) {
+        let (mut open, mut below) = (std::mem::take(&mut self.open), std::mem::take(&mut self.below));
+        open.push(self.push(bvh, wear, 0));
         let mut depth = 0;
         while !open.is_empty() {
             depth += 1;
-            let mut below = Vec::new();
             for parent in open.drain(..) {
                 below.extend((0..WIDTH).filter_map(|lane| Some((parent, lane, self.inner(parent, lane)?))));
             }
             let are_parts = below.len() >= PARTS;
             let mut deepest = 0;
-            for (parent, lane, child) in below {
+            for (parent, lane, child) in below.drain(..) {
                 let begin = self.nodes.len();
                 self.nodes[parent].children[lane] = ChildRef::node(begin);
                 if are_parts {
@@ -238,8 +249,8 @@ impl Order {
         }
         bvh.set_depth(depth);
         bvh.subtrees.clear();
-        wear.spare_nodes = std::mem::replace(&mut bvh.nodes, std::mem::take(&mut self.nodes));
-        wear.spare_was = std::mem::replace(&mut wear.was, std::mem::take(&mut self.was));
+        wear.spare_nodes = std::mem::replace(&mut bvh.nodes, self.nodes);
+        wear.spare_was = std::mem::replace(&mut wear.was, self.was);
     }
 
     fn push(&mut self, bvh: &Bvh, wear: &Wear, index: usize) -> usize {

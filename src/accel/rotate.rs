@@ -36,11 +36,14 @@ use super::Aabb;
 use super::block_loader::{BlockBox, Load, load};
 use super::bvh::{Bvh, MAX_DEPTH, Node8, OutOfMemory, WIDTH};
 use super::memory::filled;
+use super::partition::{Scratch, Scratches};
 use super::refit::{Keep, set_bounds};
 use super::restructure::Plan;
 use super::treelet::Areas;
+use crate::memory::Room;
 use crate::scene::Mesh;
 use crate::simd::{self, Kernel, Level, prefetch};
+use crate::threads::Desks;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -84,7 +87,13 @@ pub(super) struct Wear {
     failures: u32,
     pause: u32,
     /// Boxes of the blocks.
-    leaves: Vec<Vec<BlockBox>>,
+    /// The boxes of blocks.
+    leaves: Vec<BlockBox>,
+    /// Room for the boxes of the nodes of a part.
+    boxes: Desks<Vec<BlockBox>>,
+    /// What sweeps over the parts gave.
+    lower: Vec<Swept>,
+    pub scratches: Scratches,
     /// Blocks that are in no leaf.
     pub free: Vec<u32>,
     /// Memory for the next time that nodes are put in order.
@@ -97,7 +106,9 @@ impl Wear {
         (self.was.capacity() + self.now.capacity() + self.spare_was.capacity()) * size_of::<Areas>()
             + self.spare_nodes.capacity() * size_of::<Node8>()
             + self.free.capacity() * size_of::<u32>()
-            + self.leaves.iter().map(|l| l.capacity() * size_of::<BlockBox>()).sum::<usize>()
+            + (self.leaves.capacity() + self.boxes.sum(Vec::capacity)) * size_of::<BlockBox>()
+            + self.lower.capacity() * size_of::<Swept>()
+            + self.scratches.sum(Scratch::memory_bytes)
     }
 
     /// Whether the last update changed more than boxes.
@@ -118,7 +129,9 @@ impl Wear {
         self.calm = bvh.sah_cost();
         (self.lanes, self.blocks) = (bvh.nodes.len() + bvh.blocks.len(), bvh.blocks.len());
         self.free.clear();
-        self.parts = bvh.subtrees.iter().map(|s| s.nodes.clone()).collect();
+        self.parts.clear();
+        self.parts.room(bvh.subtrees.len())?;
+        self.parts.extend(bvh.subtrees.iter().map(|s| s.nodes.clone()));
         if self.parts.first().is_some_and(|part| part.start == 0) {
             // There is nothing above it.
             self.parts.clear();
@@ -147,9 +160,8 @@ impl Bvh {
         if wear.was.len() != self.nodes.len() {
             wear.begin(self).ok()?;
         }
-        wear.leaves.resize_with(self.blocks.len().div_ceil(BLOCKS), Vec::new);
-        self.blocks.par_chunks_mut(BLOCKS).zip(&mut wear.leaves).for_each(|(blocks, boxes)| {
-            boxes.clear();
+        wear.prepare(self).ok()?;
+        self.blocks.par_chunks_mut(BLOCKS).zip(wear.leaves.par_chunks_mut(BLOCKS)).for_each(|(blocks, boxes)| {
             load(Load { mesh, blocks, prims: &Keep, boxes });
         });
         let sum = self.sweep(wear);
@@ -206,25 +218,74 @@ impl Bvh {
 
     /// Boxes of nodes from those of the blocks. Gives the sum of the areas of all lanes, times the blocks of leaves.
     fn sweep(&mut self, wear: &mut Wear) -> f64 {
-        let level = Level::detect();
-        let Wear { now, parts, leaves, .. } = wear;
-        now.resize(self.nodes.len(), [0.0; WIDTH]);
+        let Wear { now, parts, leaves, boxes, lower, .. } = wear;
         let top = parts.first().map_or(self.nodes.len(), |part| part.start);
-        let (top_nodes, mut nodes) = self.nodes.split_at_mut(top);
-        let (top_areas, mut areas) = now.split_at_mut(top);
-        let mut lower = Vec::with_capacity(parts.len());
-        for part in &*parts {
-            let (these, rest) = nodes.split_at_mut(part.len());
-            let (own, others) = areas.split_at_mut(part.len());
-            lower.push(Sweep { first: part.start, nodes: these, areas: own, below: &[], leaves });
-            (nodes, areas) = (rest, others);
-        }
-        let lower: Vec<(usize, BlockBox, f64)> = lower.into_par_iter().map(|sweep| simd::run(level, sweep)).collect();
+        let (top_nodes, nodes) = self.nodes.split_at_mut(top);
+        let (top_areas, areas) = now.split_at_mut(top);
+        let sweeps = Sweeps { level: Level::detect(), leaves, boxes };
+        sweeps.run(parts, nodes, areas, lower);
         let sum: f64 = lower.iter().map(|(.., cost)| cost).sum();
-        let (_, all, cost) =
-            simd::run(level, Sweep { first: 0, nodes: top_nodes, areas: top_areas, below: &lower, leaves });
+        let (_, all, cost) = sweeps.one(0, top_nodes, top_areas, lower);
         self.set_bounds(Aabb::from(all));
         sum + cost
+    }
+}
+
+impl Wear {
+    /// Makes room for a sweep.
+    fn prepare(&mut self, bvh: &Bvh) -> Result<(), OutOfMemory> {
+        self.leaves = filled(std::mem::take(&mut self.leaves), bvh.blocks.len(), BlockBox::EMPTY)?;
+        let more = bvh.nodes.len().saturating_sub(self.now.len());
+        self.now.room(more)?;
+        self.now.resize(bvh.nodes.len(), [0.0; WIDTH]);
+        let top = self.parts.first().map_or(bvh.nodes.len(), |part| part.start);
+        let largest = self.parts.iter().map(Range::len).fold(top, usize::max);
+        self.boxes.prepare(self.parts.len().max(1), |boxes| boxes.room(largest.saturating_sub(boxes.len())))?;
+        self.lower.clear();
+        self.lower.room(self.parts.len())?;
+        self.lower.resize(self.parts.len(), (0, BlockBox::EMPTY, 0.0));
+        Ok(())
+    }
+}
+
+/// Of a part of a tree its root, the box around it, and the sum of all areas times visits.
+type Swept = (usize, BlockBox, f64);
+
+/// Sweeps over parts that follow one another.
+struct Sweeps<'a> {
+    level: Level,
+    leaves: &'a [BlockBox],
+    boxes: &'a Desks<Vec<BlockBox>>,
+}
+
+impl Sweeps<'_> {
+    fn run(&self, parts: &[Range<usize>], nodes: &mut [Node8], areas: &mut [Areas], swept: &mut [Swept]) {
+        match parts {
+            [] => {}
+            [part] => swept[0] = self.one(part.start, nodes, areas, &[]),
+            _ => {
+                let middle = parts.len() / 2;
+                let (left, right) = parts.split_at(middle);
+                let border = right[0].start - left[0].start;
+                let (left_nodes, right_nodes) = nodes.split_at_mut(border);
+                let (left_areas, right_areas) = areas.split_at_mut(border);
+                let (left_swept, right_swept) = swept.split_at_mut(middle);
+                rayon::join(
+                    || self.run(left, left_nodes, left_areas, left_swept),
+                    || self.run(right, right_nodes, right_areas, right_swept),
+                );
+            }
+        }
+    }
+
+    fn one(&self, first: usize, nodes: &mut [Node8], areas: &mut [Areas], below: &[Swept]) -> Swept {
+        let Self { level, leaves, boxes } = *self;
+        boxes.at_one(|boxes| {
+            // Whatever was there will be written over.
+            boxes.resize(nodes.len().max(boxes.len()), BlockBox::EMPTY);
+            let boxes = &mut boxes[..nodes.len()];
+            simd::run(level, Sweep { first, nodes, areas, boxes, below, leaves })
+        })
     }
 }
 
@@ -235,29 +296,27 @@ struct Sweep<'a> {
     nodes: &'a mut [Node8],
     /// Areas of their lanes, to be found.
     areas: &'a mut [Areas],
+    /// And boxes around them.
+    boxes: &'a mut [BlockBox],
     /// Roots of subtrees beyond these nodes, in order: their numbers and boxes.
-    below: &'a [(usize, BlockBox, f64)],
+    below: &'a [Swept],
     /// Boxes of the blocks.
-    leaves: &'a [Vec<BlockBox>],
+    leaves: &'a [BlockBox],
 }
 
 impl Kernel for Sweep<'_> {
     /// Number and box of the first node, and the sum of all areas.
-    type Output = (usize, BlockBox, f64);
+    type Output = Swept;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let Self { first, nodes, areas, below, leaves } = self;
-        let mut boxes = vec![BlockBox::EMPTY; nodes.len()];
+        let Self { first, nodes, areas, boxes, below, leaves } = self;
         let mut cost = 0.0;
         for i in (0..nodes.len()).rev() {
             if let Some(soon) = i.checked_sub(AHEAD) {
                 for child in nodes[soon].children.iter().filter(|child| child.is_leaf()) {
-                    let block = child.blocks().start;
                     // An unused lane leads nowhere.
-                    if let Some(boxes) = leaves.get(block / BLOCKS) {
-                        prefetch(boxes, block % BLOCKS);
-                    }
+                    prefetch(leaves, child.blocks().start);
                 }
             }
             let node = &mut nodes[i];
@@ -271,8 +330,7 @@ impl Kernel for Sweep<'_> {
                 *lane = if child.is_leaf() {
                     let Range { start, end } = child.blocks();
                     *visits = (end - start) as f32;
-                    let one = |block: usize| &leaves[block / BLOCKS][block % BLOCKS];
-                    (start + 1..end).fold(*one(start), |all, block| all.union(one(block)))
+                    leaves[start + 1..end].iter().fold(leaves[start], |all, block| all.union(block))
                 } else {
                     *visits = 1.0;
                     match boxes.get(child.index() - first) {
@@ -340,7 +398,7 @@ mod tests {
         let (mut worst, mut last) = (0.0f64, 0.0);
         for frame in 0..40 {
             let moved = bodies(frame as f32 * 0.1);
-            assert_eq!(refitted.refit(&moved), Refit::Done);
+            assert_eq!(refitted.refit_once(&moved), Refit::Done);
             let before: Vec<u32> = rotated.blocks().iter().flat_map(|b| b.prims).collect();
             let cost = rotated.rotate(&moved, &mut wear).expect("the same triangles");
             validate(&rotated, &moved).unwrap_or_else(|e| panic!("frame {frame}: {e}"));

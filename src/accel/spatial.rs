@@ -24,6 +24,7 @@
 use super::aabb::{PAD_ABSOLUTE, PAD_ULP};
 use super::binning::{PARALLEL, blocks_of};
 use super::prim_ref::{Box4, PrimRef};
+use crate::memory::vec_of;
 use crate::scene::Mesh;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -204,8 +205,8 @@ impl Slices {
 }
 
 impl Bins {
-    fn new() -> Box<Self> {
-        Box::new(Self { boxes: [[Box4::EMPTY; BINS]; 3], begins: [[0; BINS]; 3], ends: [[0; BINS]; 3] })
+    fn new() -> Self {
+        Self { boxes: [[Box4::EMPTY; BINS]; 3], begins: [[0; BINS]; 3], ends: [[0; BINS]; 3] }
     }
 
     /// Counts a reference in all slices that its triangle reaches into.
@@ -234,7 +235,7 @@ impl Bins {
         }
     }
 
-    fn merge(mut self: Box<Self>, other: Box<Self>) -> Box<Self> {
+    fn merge(mut self, other: Self) -> Self {
         for axis in 0..3 {
             for bin in 0..BINS {
                 self.boxes[axis][bin].grow(&other.boxes[axis][bin]);
@@ -304,23 +305,22 @@ impl SpatialSplit {
     /// Divides references, cutting those on both sides unless leaving them whole on one side costs less (*reference unsplitting*, Stich et al.
     /// section 4.4, against the boxes and counts that the bins gave). None if there are more than `room` of them then, or no memory.
     pub fn divide(&self, mesh: &Mesh, refs: &[PrimRef], room: usize) -> Option<Sides> {
-        let chunks: Option<Vec<Sides>> = if refs.len() <= PARALLEL {
-            Some(vec![self.divide_chunk(mesh, refs)?])
-        } else {
-            refs.par_chunks(CHUNK).map(|refs| self.divide_chunk(mesh, refs)).collect()
-        };
-        let chunks = chunks?;
-        let below: usize = chunks.iter().map(|c| c.below.len()).sum();
-        let above: usize = chunks.iter().map(|c| c.above.len()).sum();
-        if below + above > room || below == 0 || above == 0 {
+        let usable = |below: usize, above: usize| below + above <= room && below > 0 && above > 0;
+        if refs.len() <= PARALLEL {
+            return self.divide_chunk(mesh, refs).filter(|sides| usable(sides.below.len(), sides.above.len()));
+        }
+        let mut chunks: Vec<Option<Sides>> = vec_of(refs.len().div_ceil(CHUNK)).ok()?;
+        refs.par_chunks(CHUNK).map(|refs| self.divide_chunk(mesh, refs)).collect_into_vec(&mut chunks);
+        if chunks.iter().any(Option::is_none) {
             return None;
         }
-        if chunks.len() == 1 {
-            return chunks.into_iter().next();
+        let below: usize = chunks.iter().flatten().map(|c| c.below.len()).sum();
+        let above: usize = chunks.iter().flatten().map(|c| c.above.len()).sum();
+        if !usable(below, above) {
+            return None;
         }
-        let mut all = Sides::default();
-        all.below.try_reserve_exact(below).and(all.above.try_reserve_exact(above)).ok()?;
-        for chunk in chunks {
+        let mut all = Sides { below: vec_of(below).ok()?, above: vec_of(above).ok()? };
+        for chunk in chunks.into_iter().flatten() {
             all.below.extend_from_slice(&chunk.below);
             all.above.extend_from_slice(&chunk.above);
         }
@@ -330,8 +330,7 @@ impl SpatialSplit {
     fn divide_chunk(&self, mesh: &Mesh, refs: &[PrimRef]) -> Option<Sides> {
         let Self { axis, plane, counts, bounds, .. } = *self;
         let areas = bounds.map(|b| b.half_area());
-        let mut sides = Sides::default();
-        sides.below.try_reserve(refs.len()).and(sides.above.try_reserve(refs.len())).ok()?;
+        let mut sides = Sides { below: vec_of(refs.len()).ok()?, above: vec_of(refs.len()).ok()? };
         for r in refs {
             if r.bounds().hi()[axis] <= plane {
                 sides.below.push(*r);

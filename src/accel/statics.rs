@@ -29,8 +29,8 @@
 use super::build_sah;
 use super::bvh::{Bvh, OutOfMemory};
 use super::instance::{append_to_world, mesh_with_room};
-use super::memory::{cloned, copied};
 use super::object_accel::{Identity, ObjectAccel, ObjectState};
+use crate::memory::{cloned, collected, copied, push, repeated, vec_of};
 use crate::scene::{Mesh, Name, Scene};
 use crate::threads::Pool;
 use glam::Vec3;
@@ -188,19 +188,22 @@ impl Merged {
     }
 
     /// Brings the numbers of the instances in line with the frame.
-    fn renumber(&mut self, shown: &[Shown]) {
+    ///
+    /// # Errors
+    /// No memory; the tree is of no use then.
+    fn renumber(&mut self, shown: &[Shown]) -> Result<(), OutOfMemory> {
         for member in self.members.iter_mut().filter(|m| m.live) {
             member.instance = shown[member.slot as usize].number;
         }
         let mut last = None;
         if self.members.iter().filter(|m| m.live).all(|m| last.replace(m.instance) < Some(m.instance)) {
-            return;
+            return Ok(());
         }
-        let old = self.members.clone();
-        let mut order: Vec<usize> = (0..old.len()).collect();
+        let old = cloned(&self.members)?;
+        let mut order: Vec<usize> = collected(0..old.len())?;
         // Those taken out have no order; at the end they are out of the way.
-        order.sort_by_key(|&i| (!old[i].live, old[i].instance));
-        let mut firsts = vec![0; old.len()];
+        order.sort_unstable_by_key(|&i| (!old[i].live, old[i].instance, i));
+        let mut firsts = repeated(0, old.len())?;
         let mut first = 0;
         for (member, &i) in self.members.iter_mut().zip(&order) {
             *member = Member { first, ..old[i] };
@@ -214,6 +217,7 @@ impl Merged {
             }
         });
         self.index();
+        Ok(())
     }
 }
 
@@ -233,6 +237,8 @@ pub(super) struct Statics {
     task: Option<Task>,
     /// A set of instances for which there was no memory; not tried again.
     refused: Vec<Identity>,
+    /// What a frame might merge.
+    candidates: Vec<(Member, Identity)>,
 }
 
 /// What rays traverse, by slot: the objects, and the merged tree.
@@ -254,7 +260,7 @@ impl Traversed<'_> {
 
 impl Statics {
     pub fn new() -> Self {
-        Self { merging: Merging::from_environment(), task: None, refused: Vec::new() }
+        Self { merging: Merging::from_environment(), task: None, refused: Vec::new(), candidates: Vec::new() }
     }
 
     /// Waits until the tree that is being built is finished; the next update takes it in.
@@ -287,8 +293,9 @@ impl Statics {
         let numbered = if numbered {
             Ok(())
         } else {
-            let renumbered = traversed.merged().map(|merged| merged.map(|merged| merged.renumber(shown)));
-            renumbered.map(|_| ()).inspect_err(|_| dissolve(states, traversed.merged))
+            let renumbered =
+                traversed.merged().and_then(|merged| merged.map_or(Ok(()), |merged| merged.renumber(shown)));
+            renumbered.inspect_err(|_| dissolve(states, traversed.merged))
         };
         kept.and(numbered)
     }
@@ -306,13 +313,13 @@ impl Statics {
         let bvh = match result {
             Ok(bvh) => bvh,
             Err(_) => {
-                self.refused = task.members.iter().map(|(_, identity)| *identity).collect();
+                self.refused = identities(&task.members);
                 return;
             }
         };
-        let members = Vec::with_capacity(task.members.len());
+        // Without memory for it the tree is built again.
+        let (Ok(members), Ok(mut gone)) = (vec_of(task.members.len()), vec_of(task.members.len())) else { return };
         let mut merged = Merged { bvh, members, every: Vec::new(), shift: 0 };
-        let mut gone = Vec::new();
         for (i, (mut member, identity)) in task.members.into_iter().enumerate() {
             let slot = member.slot as usize;
             member.live = shown[slot].times == 1 && !shown[slot].masked && states[slot].identity() == Some(identity);
@@ -339,7 +346,7 @@ impl Statics {
     /// Has a tree built over all instances that have stayed the same long enough, if that would add one.
     fn begin(&mut self, scene: &Scene, states: &[ObjectState], objects: &[Arc<ObjectAccel>], shown: &[Shown]) {
         let wait = if self.merging == Merging::AtOnce { 0 } else { WAIT };
-        let mut members: Vec<(Member, Identity)> = Vec::new();
+        self.candidates.clear();
         let mut fresh = false;
         for (slot, ((state, object), shown)) in states.iter().zip(objects).zip(shown).enumerate() {
             if shown.times != 1 || shown.masked {
@@ -348,14 +355,18 @@ impl Statics {
             let Some(identity) = state.identity().filter(|_| state.may_merge(object, wait)) else { continue };
             fresh |= !state.is_merged();
             let (slot, instance, count) = (slot as u32, shown.number, object.triangles() as u32);
-            members.push((Member { first: 0, count, slot, instance, object: state.name(), live: true }, identity));
+            let member = Member { first: 0, count, slot, instance, object: state.name(), live: true };
+            if push(&mut self.candidates, (member, identity)).is_err() {
+                return;
+            }
         }
-        if !fresh || members.len() < 2 {
+        if !fresh || self.candidates.len() < 2 {
             return;
         }
+        let members = &mut self.candidates;
         members.sort_unstable_by_key(|(member, _)| member.instance);
         let mut first = 0u32;
-        for (member, _) in &mut members {
+        for (member, _) in members.iter_mut() {
             member.first = first;
             // More is refused below.
             first = first.saturating_add(member.count);
@@ -363,10 +374,10 @@ impl Statics {
         if self.refused.iter().eq(members.iter().map(|(_, identity)| identity)) {
             return;
         }
-        let mesh = match gather(scene, &members) {
+        let mesh = match gather(scene, members) {
             Ok(mesh) => mesh,
             Err(_) => {
-                self.refused = members.iter().map(|(_, identity)| *identity).collect();
+                self.refused = identities(members);
                 return;
             }
         };
@@ -378,17 +389,26 @@ impl Statics {
             // Without a thread all stays as it is; the next update tries again.
             let Ok(thread) = Pool::new(Some(1)) else { return };
             let result = result.clone();
-            thread.spawn(move || {
+            let spawned = thread.spawn(move || {
                 let built = build_sah(&mesh);
                 drop(mesh);
                 if let Ok(mut result) = result.lock() {
                     *result = Some(built);
                 }
             });
+            if spawned.is_err() {
+                return;
+            }
             pool = Some(thread);
         }
+        let members = std::mem::take(&mut self.candidates);
         self.task = Some(Task { pool, process: std::process::id(), result, members });
     }
+}
+
+/// Of a tree's members; of none without memory, and then it is tried again.
+fn identities(members: &[(Member, Identity)]) -> Vec<Identity> {
+    collected(members.iter().map(|(_, identity)| *identity)).unwrap_or_default()
 }
 
 /// Takes members that have changed or are not shown out of the merged tree.
@@ -399,15 +419,15 @@ fn take_out(states: &mut [ObjectState], traversed: &mut Traversed<'_>, shown: &[
     if !merged.members.iter().any(leaves) {
         return Ok(());
     }
-    let merged = match traversed.merged() {
-        Ok(Some(merged)) => merged,
-        Ok(None) => return Ok(()),
-        Err(error) => {
+    let gone = vec_of(merged.members.len());
+    let (merged, mut gone) = match (traversed.merged(), gone) {
+        (Ok(Some(merged)), Ok(gone)) => (merged, gone),
+        (Ok(None), _) => return Ok(()),
+        (Err(error), _) | (_, Err(error)) => {
             dissolve(states, traversed.merged);
             return Err(error);
         }
     };
-    let mut gone = Vec::new();
     for (i, member) in merged.members.iter_mut().enumerate().filter(|(_, m)| m.live) {
         let state = &mut states[member.slot as usize];
         if is_gone(member, state) {

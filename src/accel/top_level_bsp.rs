@@ -114,6 +114,7 @@ impl TopLevelBsp {
         // A cell may write the references of both children before it learns that they are over the budget.
         let bytes = budget.saturating_mul(3 * size_of::<u32>());
         let reserved = refs.try_reserve(budget).and(level.refs.try_reserve(budget));
+        let reserved = reserved.and(nodes.try_reserve(1)).and(level.cells.try_reserve(1));
         reserved.and(next.refs.try_reserve(budget + 2 * count)).map_err(|_| OutOfMemory { bytes })?;
         level.refs.extend_from_slice(items);
         level.cells.push(Cell { node: 0, refs: 0..count, voxel: *bounds });

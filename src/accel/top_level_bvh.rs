@@ -197,7 +197,7 @@ fn build_node(
     }
     let parallel = items.len() > TASK;
     let children = split_wide(items, range, depth);
-    let mut tasks = Vec::new();
+    let mut tasks = [const { None }; WIDTH];
     let mut rest = items;
     let mut used = 1;
     for (lane, mut child) in children.into_iter().enumerate() {
@@ -214,7 +214,7 @@ fn build_node(
         if parallel {
             let (own, others) = free.split_at_mut(node_bound(child.count));
             free = others;
-            tasks.push((own, number + used, these, child_base, child));
+            tasks[lane] = Some((own, number + used, these, child_base, child));
             used += node_bound(child.count);
         } else {
             let taken = build_node(free, number + used, these, child_base, child, depth + 1);
@@ -222,9 +222,13 @@ fn build_node(
             used += taken;
         }
     }
-    tasks.into_par_iter().with_max_len(1).for_each(|(nodes, number, items, base, range)| {
-        build_node(nodes, number, items, base, range, depth + 1);
-    });
+    if parallel {
+        tasks.par_iter_mut().with_max_len(1).for_each(|task| {
+            if let Some((nodes, number, items, base, range)) = task.take() {
+                build_node(nodes, number, items, base, range, depth + 1);
+            }
+        });
+    }
     used
 }
 

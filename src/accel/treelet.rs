@@ -8,10 +8,11 @@ use super::binning::find_split;
 use super::block_loader::BlockBox;
 use super::build_sah::{SAH_DEPTH, halve};
 use super::bvh::{BLOCK, ChildRef, Node8, Tri4, WIDTH};
-use super::partition::partition;
+use super::partition::{From, Scratches, partition};
 use super::prim_ref::PrimRef;
 use super::refit::set_bounds;
 use super::triangle_bounds;
+use crate::memory::{OutOfMemory, collected, push};
 use crate::simd::Level;
 use glam::Vec4;
 use std::ops::Range;
@@ -43,38 +44,36 @@ pub(super) struct Items {
 }
 
 impl Items {
-    pub fn keep(&mut self, child: ChildRef, bounds: BlockBox, was: f32) {
-        self.items.push(Item { bounds, what: What::Subtree(child, was) });
+    pub fn keep(&mut self, child: ChildRef, bounds: BlockBox, was: f32) -> Result<(), OutOfMemory> {
+        push(&mut self.items, Item { bounds, what: What::Subtree(child, was) })
     }
 
     /// Adds the triangles of a block.
-    pub fn dissolve(&mut self, index: usize, block: &Tri4) {
-        self.freed.push(index as u32);
+    pub fn dissolve(&mut self, index: usize, block: &Tri4) -> Result<(), OutOfMemory> {
+        push(&mut self.freed, index as u32)?;
         for lane in 0..BLOCK {
             // One that repeats the one before is padding.
             if lane == 0 || block.prims[lane] != block.prims[lane - 1] {
                 let bounds = triangle_bounds(block.corners(lane));
                 let bounds = BlockBox { lo: bounds.lo.extend(0.0), hi: bounds.hi.extend(0.0) };
-                self.items.push(Item { bounds, what: What::Triangle((index * BLOCK + lane) as u32) });
+                push(&mut self.items, Item { bounds, what: What::Triangle((index * BLOCK + lane) as u32) })?;
             }
         }
+        Ok(())
     }
 
     /// Builds over all items, whose triangles are in `blocks`. New parts count as in order, having grown by `growth`.
-    pub fn build(&self, blocks: &[Tri4], growth: f32, scratch: &mut [PrimRef]) -> Treelet {
+    pub fn build(&self, blocks: &[Tri4], growth: f32, scratches: &Scratches) -> Result<Treelet, OutOfMemory> {
         // What cannot be hit has no box, and has to be somewhere.
         let somewhere = self.items.iter().map(|item| item.bounds.lo).find(|lo| lo.x.is_finite()).unwrap_or(Vec4::ZERO);
-        let mut refs: Vec<PrimRef> = (0u32..)
-            .zip(&self.items)
-            .map(|(number, item)| {
-                let BlockBox { lo, hi } = item.bounds;
-                if lo.x <= hi.x { PrimRef::new(number, lo, hi) } else { PrimRef::new(number, somewhere, somewhere) }
-            })
-            .collect();
+        let mut refs = collected((0u32..).zip(&self.items).map(|(number, item)| {
+            let BlockBox { lo, hi } = item.bounds;
+            if lo.x <= hi.x { PrimRef::new(number, lo, hi) } else { PrimRef::new(number, somewhere, somewhere) }
+        }))?;
         let treelet = Treelet { nodes: Vec::new(), was: Vec::new(), fresh: Vec::new(), blocks: Vec::new(), cost: 0.0 };
-        let mut builder = Builder { level: Level::detect(), items: &self.items, blocks, growth, scratch, treelet };
-        builder.node(&mut refs, 0);
-        builder.treelet
+        let mut builder = Builder { level: Level::detect(), items: &self.items, blocks, growth, scratches, treelet };
+        builder.node(&mut refs, 0)?;
+        Ok(builder.treelet)
     }
 }
 
@@ -94,18 +93,18 @@ struct Builder<'a> {
     items: &'a [Item],
     blocks: &'a [Tri4],
     growth: f32,
-    scratch: &'a mut [PrimRef],
+    scratches: &'a Scratches,
     treelet: Treelet,
 }
 
 impl Builder<'_> {
     /// Appends the node above `refs` and all below it; gives its number and its box.
-    fn node(&mut self, refs: &mut [PrimRef], depth: usize) -> (usize, BlockBox) {
+    fn node(&mut self, refs: &mut [PrimRef], depth: usize) -> Result<(usize, BlockBox), OutOfMemory> {
         let index = self.treelet.nodes.len();
-        self.treelet.nodes.push(Node8::EMPTY);
-        self.treelet.was.push([0.0; WIDTH]);
-        self.treelet.fresh.push(0);
-        let (parts, count) = self.split_wide(refs, depth);
+        push(&mut self.treelet.nodes, Node8::EMPTY)?;
+        push(&mut self.treelet.was, [0.0; WIDTH])?;
+        push(&mut self.treelet.fresh, 0)?;
+        let (parts, count) = self.split_wide(refs, depth)?;
         let mut node = Node8::EMPTY;
         let (mut was, mut fresh) = ([0.0; WIDTH], 0);
         let mut lanes = [BlockBox::EMPTY; WIDTH];
@@ -123,10 +122,10 @@ impl Builder<'_> {
                 _ => {
                     fresh |= 1 << lane;
                     let (child, bounds) = if self.is_unit(refs) {
-                        let (block, bounds) = self.block(refs);
+                        let (block, bounds) = self.block(refs)?;
                         (ChildRef::leaf(block, 1), bounds)
                     } else {
-                        let (below, bounds) = self.node(refs, depth + 1);
+                        let (below, bounds) = self.node(refs, depth + 1)?;
                         (ChildRef::node(below), bounds)
                     };
                     node.children[lane] = child;
@@ -142,7 +141,7 @@ impl Builder<'_> {
         set_bounds(&mut node, &lanes);
         let Treelet { nodes, was: areas, fresh: new, .. } = &mut self.treelet;
         (nodes[index], areas[index], new[index]) = (node, was, fresh);
-        (index, all)
+        Ok((index, all))
     }
 
     /// Whether it needs no node: one subtree, or triangles for one block.
@@ -152,7 +151,7 @@ impl Builder<'_> {
     }
 
     /// Appends a block of triangles.
-    fn block(&mut self, refs: &[PrimRef]) -> (usize, BlockBox) {
+    fn block(&mut self, refs: &[PrimRef]) -> Result<(usize, BlockBox), OutOfMemory> {
         let mut block = Tri4::EMPTY;
         let mut all = BlockBox::EMPTY;
         for lane in 0..BLOCK {
@@ -164,16 +163,20 @@ impl Builder<'_> {
                 all = all.union(&item.bounds);
             }
         }
-        self.treelet.blocks.push(block);
-        (self.treelet.blocks.len() - 1, all)
+        push(&mut self.treelet.blocks, block)?;
+        Ok((self.treelet.blocks.len() - 1, all))
     }
 
     /// Splits a range into up to eight, the one of largest area first.
-    fn split_wide(&mut self, refs: &mut [PrimRef], depth: usize) -> ([Range<usize>; WIDTH], usize) {
+    fn split_wide(
+        &mut self,
+        refs: &mut [PrimRef],
+        depth: usize,
+    ) -> Result<([Range<usize>; WIDTH], usize), OutOfMemory> {
         let subtree = |r: &PrimRef| matches!(self.items[r.prim() as usize].what, What::Subtree(..));
         if refs.len() <= WIDTH && refs.iter().all(subtree) {
             // However they were split, each would get a lane.
-            return (std::array::from_fn(|i| i..i + 1), refs.len());
+            return Ok((std::array::from_fn(|i| i..i + 1), refs.len()));
         }
         let mut parts: [Range<usize>; WIDTH] = std::array::from_fn(|_| 0..refs.len());
         // What can be split no further has none.
@@ -188,7 +191,7 @@ impl Builder<'_> {
             let these = &mut refs[start..end];
             let found = if depth < SAH_DEPTH { find_split(self.level, these) } else { None };
             let (middle, bounds) = match found {
-                Some(split) => (partition(self.level, these, self.scratch, &split), split.bounds),
+                Some(split) => (partition(self.level, these, &mut From::Any(self.scratches), &split)?, split.bounds),
                 None => halve(self.level, these),
             };
             let middle = start + middle;
@@ -198,6 +201,6 @@ impl Builder<'_> {
             }
             count += 1;
         }
-        (parts, count)
+        Ok((parts, count))
     }
 }

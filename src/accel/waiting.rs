@@ -12,6 +12,7 @@
 use super::bvh::{Bvh, OutOfMemory};
 use super::lazy::Source;
 use super::object_accel::Structure;
+use super::refit::SweepScratch;
 use super::vertex_box::box_of_all;
 use super::{Aabb, Refit};
 use crate::scene::Mesh;
@@ -22,7 +23,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 #[derive(Debug)]
 pub(super) struct Waiting {
     /// Until a ray comes.
-    stale: Mutex<Option<Bvh>>,
+    stale: Mutex<Option<(Bvh, SweepScratch)>>,
     fresh: OnceLock<Structure>,
     source: Source,
     bounds: Aabb,
@@ -32,11 +33,11 @@ pub(super) struct Waiting {
 
 impl Waiting {
     /// Lets `bvh` wait, whose mesh is `mesh` now; `source` refers to it. The tree must be one that may wait ([`Bvh::may_wait`]). To be called inside the
-    /// pool.
-    pub fn new(bvh: Bvh, mesh: &Mesh, source: Source) -> Self {
+    /// pool, with a scratch that is ready ([`Bvh::prepare_alone`]).
+    pub fn new(bvh: Bvh, scratch: SweepScratch, mesh: &Mesh, source: Source) -> Self {
         let (nodes, bytes) = (bvh.nodes().len(), bvh.memory_bytes());
         let bounds = box_of_all(&mesh.positions);
-        Self { stale: Mutex::new(Some(bvh)), fresh: OnceLock::new(), source, bounds, nodes, bytes }
+        Self { stale: Mutex::new(Some((bvh, scratch))), fresh: OnceLock::new(), source, bounds, nodes, bytes }
     }
 
     /// The mesh is elsewhere, and the same.
@@ -58,9 +59,9 @@ impl Waiting {
     #[cold]
     fn refit(&self) -> Structure {
         let stale = self.stale.lock().unwrap_or_else(PoisonError::into_inner).take();
-        let mut bvh = stale.expect("only the first ray refits");
+        let (mut bvh, mut scratch) = stale.expect("only the first ray refits");
         // Not by the pool: a thread that waits for others' parts would render another tile, come here and wait for itself.
-        let done = bvh.refit_alone(&self.source.mesh());
+        let done = bvh.refit_alone(&self.source.mesh(), &mut scratch);
         assert_eq!(done, Refit::Done, "a tree that may wait can be refit");
         Structure::Bvh(bvh)
     }
@@ -84,7 +85,7 @@ impl Waiting {
     /// # Errors
     /// No memory.
     pub fn copied_tree(&self) -> Result<Bvh, OutOfMemory> {
-        if let Some(bvh) = &*self.stale.lock().unwrap_or_else(PoisonError::into_inner) {
+        if let Some((bvh, _)) = &*self.stale.lock().unwrap_or_else(PoisonError::into_inner) {
             return bvh.try_clone();
         }
         // A ray of a snapshot may be at work on it at this moment: then its end is waited for.
@@ -98,7 +99,7 @@ impl Waiting {
     pub fn into_tree(self) -> Bvh {
         match self.fresh.into_inner() {
             Some(Structure::Bvh(bvh)) => bvh,
-            _ => self.stale.into_inner().unwrap_or_else(PoisonError::into_inner).unwrap_or_default(),
+            _ => self.stale.into_inner().unwrap_or_else(PoisonError::into_inner).unwrap_or_default().0,
         }
     }
 

@@ -125,7 +125,7 @@ impl Context {
     /// A context with the default configuration.
     ///
     /// # Errors
-    /// `Io` when the system refuses worker threads.
+    /// `Io` when the system refuses worker threads, `OutOfMemory`.
     pub fn new() -> Result<Self> {
         Self::with_config(Config::default())
     }
@@ -136,7 +136,9 @@ impl Context {
     /// As [`Context::new`].
     pub fn with_config(config: Config) -> Result<Self> {
         let level = config.simd.map_or_else(Level::detect, |level| level.min(Level::strongest()));
-        let backend = Local::new(config.threads, level).map_err(|e| Error::new(ErrorCode::Io, e.to_string()))?;
+        let backend = Local::new(config.threads, level).map_err(|error| {
+            Error::new(if error.is_out_of_memory() { ErrorCode::OutOfMemory } else { ErrorCode::Io }, error.to_string())
+        })?;
         Ok(Self {
             backend,
             latched: None,
@@ -228,7 +230,7 @@ impl Context {
     pub(super) fn usable(&self) -> Result<()> {
         match &self.poisoned {
             None => Ok(()),
-            Some(reason) => Err(unusable(reason)),
+            Some(reason) => Err(unusable(reason.clone())),
         }
     }
 
@@ -260,8 +262,8 @@ impl Context {
 }
 
 #[cold]
-fn unusable(reason: &Cow<'static, str>) -> Error {
-    Error::new(ErrorCode::InternalError, reason.clone())
+fn unusable(reason: Cow<'static, str>) -> Error {
+    Error::new(ErrorCode::InternalError, reason)
 }
 
 #[cold]

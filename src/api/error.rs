@@ -4,8 +4,9 @@
 //! [`super::Context::latch`], which keeps the first one until [`super::Context::get_error`] reads it.
 
 use crate::frame::ImageFileError;
+use crate::memory::OutOfMemory;
 use std::borrow::Cow;
-use std::fmt;
+use std::{fmt, io};
 
 /// Kind of an [`Error`]; the C face gives each a number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -118,6 +119,12 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
+impl From<OutOfMemory> for Error {
+    fn from(_: OutOfMemory) -> Self {
+        Self::out_of_memory()
+    }
+}
+
 impl From<std::collections::TryReserveError> for Error {
     fn from(_: std::collections::TryReserveError) -> Self {
         Self::out_of_memory()
@@ -128,6 +135,7 @@ impl From<ImageFileError> for Error {
     fn from(error: ImageFileError) -> Self {
         let code = match &error {
             ImageFileError::OutOfMemory { .. } => ErrorCode::OutOfMemory,
+            ImageFileError::Io { cause, .. } if cause.kind() == io::ErrorKind::OutOfMemory => ErrorCode::OutOfMemory,
             ImageFileError::NotBuilt { .. } => ErrorCode::InvalidOperation,
             _ => ErrorCode::Io,
         };

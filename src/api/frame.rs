@@ -7,6 +7,7 @@ use super::context::Context;
 use super::error::{Error, ErrorCode, Result};
 use crate::backend::{FrameFailure, OnDone};
 use crate::frame::{FrameStats, PixelFormat, encode_pixels};
+use crate::memory::copy_into;
 use crate::scene::FrameDesc;
 use std::path::Path;
 use std::sync::Arc;
@@ -91,19 +92,17 @@ impl Context {
         frame.viewport = viewport;
         // Room for the immediate-mode object, taken by the changes perhaps, and for the deletions.
         self.reserve_content()?;
+        // The last thing that can fail.
+        let prepared = self.backend.prepare(1);
+        self.trust(prepared)?;
         let mesh = std::mem::take(&mut self.builder).into_mesh();
         let with_immediate = self.send_immediate_object(mesh);
-        frame.instances = self.take_instances(with_immediate);
+        frame.instances = self.take_instances(with_immediate, std::mem::take(&mut frame.instances));
         let mut target = self.target.target().cloned();
         if let Some(target) = &mut target {
             target.layout.origin_top_left |= self.settings.origin_top_left;
         }
-        let on_done = self
-            .settings
-            .frame_callback
-            .clone()
-            .map(|callback| -> OnDone { Arc::new(move |outcome| callback(&outcome.clone().map_err(error_of))) });
-        let started = self.backend.start_frame(frame, target, on_done);
+        let started = self.backend.start_frame(frame, target, self.settings.on_frame_done.clone());
         self.trust(started)?;
         self.rendering = true;
         self.frames += 1;
@@ -166,7 +165,8 @@ impl Context {
     /// `InvalidOperation` between begin and end.
     pub fn frame_callback(&mut self, callback: Option<FrameCallback>) -> Result<()> {
         self.outside_begin()?;
-        self.settings.frame_callback = callback;
+        self.settings.on_frame_done = callback
+            .map(|callback| -> OnDone { Arc::new(move |outcome| callback(&outcome.clone().map_err(error_of))) });
         Ok(())
     }
 
@@ -189,12 +189,11 @@ impl Context {
         self.reserve_content()?;
         let mesh = self.builder.try_copy()?;
         let with_immediate = !mesh.triangles.is_empty();
-        let instances = self.copy_instances(with_immediate)?;
         let mut frame = self.send_changes()?;
+        self.copy_instances(&mut frame.instances, with_immediate)?;
         frame.viewport = self.target.viewport().unwrap_or(frame.viewport);
         self.reserve_content()?;
         self.send_immediate_object(mesh);
-        frame.instances = instances;
         let outcome = self.backend.commit(frame);
         self.stats = self.trust(outcome)?;
         Ok(self.stats)
@@ -292,15 +291,17 @@ impl Context {
         Ok(self.trust(written)??)
     }
 
-    /// Sends what the state machine holds back until a frame starts, and describes the frame but for its instances.
+    /// Sends what the state machine holds back until a frame starts, and describes the frame but for its instances, for which the list is empty.
     fn send_changes(&mut self) -> Result<FrameDesc> {
         self.send_textures()?;
         self.send_parameters()?;
         let camera = self.send_camera()?;
-        let mut lights = Vec::new();
-        lights.try_reserve_exact(self.content.lights.len())?;
-        lights.extend_from_slice(&self.content.lights);
+        let spare = self.backend.spare_frame();
+        let FrameDesc { mut lights, mut instances, .. } = self.trust(spare)?;
+        copy_into(&mut lights, &self.content.lights)?;
+        instances.clear();
         Ok(FrameDesc {
+            instances,
             lights,
             ambient: self.content.ambient,
             camera,
@@ -340,7 +341,8 @@ fn error_of(failure: FrameFailure) -> Error {
     let code = match &failure {
         FrameFailure::OutOfMemory(_) => ErrorCode::OutOfMemory,
         FrameFailure::Threads(_) => ErrorCode::Io,
-        FrameFailure::Panicked(_) | FrameFailure::Forked => ErrorCode::InternalError,
+        FrameFailure::Panicked(_) => ErrorCode::InternalError,
+        FrameFailure::Forked => ErrorCode::InvalidOperation,
     };
     Error::new(code, failure.to_string())
 }

@@ -9,11 +9,16 @@ use super::error::{Error, Result};
 use super::mesh_builder::MeshBuilder;
 use super::shaders::no_shader;
 use super::state::finite;
+use crate::memory::Room;
 use crate::scene::{Command, Instance, LightUse, Mask, Mesh, Motion, Name, Program, ShaderKind};
 use glam::Affine3A;
 
 /// The object that geometry drawn outside objects belongs to.
 pub const IMMEDIATE_OBJECT: Name = 0xFFFF_FFFF;
+
+fn of_immediate() -> Instance {
+    Instance::new(IMMEDIATE_OBJECT, Affine3A::IDENTITY)
+}
 
 #[derive(Default)]
 pub(super) struct FrameContent {
@@ -245,24 +250,19 @@ impl Context {
         drawn
     }
 
-    /// The instances of the frame, that of the immediate-mode object last; room was reserved.
-    pub(super) fn take_instances(&mut self, with_immediate: bool) -> Vec<Instance> {
-        let mut instances = std::mem::take(&mut self.content.instances);
-        if with_immediate {
-            instances.push(Instance::new(IMMEDIATE_OBJECT, Affine3A::IDENTITY));
-        }
+    /// The instances of the frame, that of the immediate-mode object last; room was reserved. Those of the next one get the memory of `spare`.
+    pub(super) fn take_instances(&mut self, with_immediate: bool, spare: Vec<Instance>) -> Vec<Instance> {
+        let mut instances = std::mem::replace(&mut self.content.instances, spare);
+        instances.extend(with_immediate.then(of_immediate));
         instances
     }
 
     /// The same without clearing, for a commit in mid-frame.
-    pub(super) fn copy_instances(&self, with_immediate: bool) -> Result<Vec<Instance>> {
-        let mut instances = Vec::new();
-        instances.try_reserve_exact(self.content.instances.len() + 1)?;
-        instances.extend_from_slice(&self.content.instances);
-        if with_immediate {
-            instances.push(Instance::new(IMMEDIATE_OBJECT, Affine3A::IDENTITY));
-        }
-        Ok(instances)
+    pub(super) fn copy_instances(&self, to: &mut Vec<Instance>, with_immediate: bool) -> Result<()> {
+        to.room(self.content.instances.len() + 1)?;
+        to.extend_from_slice(&self.content.instances);
+        to.extend(with_immediate.then(of_immediate));
+        Ok(())
     }
 
     /// After a frame has started or was given up: what was deleted while it was assembled may go. Room was reserved.

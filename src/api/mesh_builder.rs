@@ -297,21 +297,7 @@ impl MeshBuilder {
 
     /// A copy of the mesh, after [`MeshBuilder::finish`].
     pub fn try_copy(&self) -> Result<Mesh> {
-        let mesh = &self.mesh;
-        let mut params = Vec::new();
-        params.try_reserve_exact(mesh.params.len())?;
-        for stream in &mesh.params {
-            params.push(ParamStream { data: try_copy(&stream.data)?, ..*stream });
-        }
-        Ok(Mesh {
-            positions: try_copy(&mesh.positions)?,
-            triangles: try_copy(&mesh.triangles)?,
-            normals: try_copy(&mesh.normals)?,
-            tex_coords: try_copy(&mesh.tex_coords)?,
-            colors: try_copy(&mesh.colors)?,
-            shader_of_triangle: try_copy(&mesh.shader_of_triangle)?,
-            params,
-        })
+        Ok(self.mesh.try_clone()?)
     }
 
     /// The mesh, with the invariants of [`Mesh`].

@@ -1,5 +1,5 @@
-use super::super::assembler::Primitive;
 use super::*;
+use crate::api::assembler::Primitive;
 
 fn vertex(x: f32) -> Vertex {
     Vertex { position: Vec3::splat(x), normal: Vec3::ZERO, tex_coord: Vec2::ZERO, color: Vec4::ONE }

@@ -52,6 +52,7 @@ pub use typed_mesh::TriangleMesh;
 pub use glam;
 
 // The plain types of the rooms below that appear in the methods of `Context`.
+pub(crate) use crate::backend::with_default_floats;
 pub use crate::backend::{HitSurface, Level, Queries, SceneView};
 pub use crate::frame::{FrameStats, PixelFormat, PixelSink, Target, TargetLayout};
 pub use crate::scene::{

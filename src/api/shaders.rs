@@ -11,6 +11,7 @@ use super::names::Names;
 use super::near_miss::NearMiss;
 use super::objects::no_names;
 use super::parameter_value::{Described, from_bytes, zero_padded};
+use crate::memory::{self, collected, repeated};
 use crate::scene::{Command, Name, ParamScope, ParamType, ParamValue, ShaderClass};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -194,9 +195,8 @@ impl Context {
         let shaders = &mut self.shaders;
         shaders.shaders.try_reserve(1)?;
         let name = shaders.shader_names.generate(1).ok_or_else(|| no_names(1))?;
-        let values = class.params.iter().map(|p| p.default.clone()).collect();
-        let changed = vec![false; class.params.len()];
-        let given = changed.clone();
+        let values = collected(class.params.iter().map(|p| p.default.clone()))?;
+        let (changed, given) = (repeated(false, class.params.len())?, repeated(false, class.params.len())?);
         shaders.shaders.insert(name, ShaderState { class_name, class, values, given, changed, any_changed: false });
         shaders.bound = name;
         self.backend.send(Command::DefineShader { name, class: class_name });
@@ -346,7 +346,8 @@ impl Context {
                 "parameter \"{name}\" cannot be \"{text}\"{near}; it is one of {choices:?}"
             )));
         }
-        self.store(param, ParamValue::String(text.into()))
+        let text = memory::made(text.len(), || text.into())?;
+        self.store(param, ParamValue::String(text))
     }
 
     /// Sets a parameter of any type but string from its bytes (native-endian, texture names as `u32`).
@@ -357,7 +358,8 @@ impl Context {
         self.usable()?;
         let (state, param) = self.shaders.resolve(handle)?;
         let given = || type_mismatch(state, param, ParamType::Raw(bytes.len() as u32));
-        match from_bytes(state.class.params[param].ty, bytes).ok_or_else(given)? {
+        let ty = state.class.params[param].ty;
+        match memory::made(bytes.len(), || from_bytes(ty, bytes))?.ok_or_else(given)? {
             ParamValue::Texture(name) => self.parameter_texture(handle, name),
             ParamValue::Float(values) => {
                 not_nan(&values)?;

@@ -3,11 +3,11 @@
 use super::assembler::Primitive;
 use super::context::Context;
 use super::error::{Error, Result};
-use super::frame::FrameCallback;
 use super::matrix_stack::MAX_DEPTH;
 use super::objects::Mode;
 use super::target::MAX_FRAME_SIZE;
 use super::textures::MAX_TEXTURE_SIZE;
+use crate::backend::OnDone;
 use crate::scene::{DEFAULT_AMBIENT, LightUse, TopLevelKind, Upsampling};
 use std::time::Duration;
 
@@ -48,7 +48,7 @@ pub(super) struct Settings {
     pub frameless: u32,
     pub time_budget: Option<Duration>,
     pub progressive: bool,
-    pub frame_callback: Option<FrameCallback>,
+    pub on_frame_done: Option<OnDone>,
     pub jpeg_quality: u8,
 }
 
@@ -66,7 +66,7 @@ impl Default for Settings {
             frameless: 1,
             time_budget: None,
             progressive: false,
-            frame_callback: None,
+            on_frame_done: None,
             jpeg_quality: 92,
         }
     }

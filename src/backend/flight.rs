@@ -7,10 +7,12 @@
 use crate::frame::{FrameStats, Target};
 use crate::render::{RenderError, Renderer};
 use crate::scene::{FrameDesc, Scene};
+use crate::simd::Level;
+use crate::threads::{Job, Pool};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Called on a worker when a frame has ended, whatever its outcome.
@@ -30,10 +32,39 @@ pub enum FrameFailure {
 
 /// What frames are rendered from, and with.
 pub struct World {
-    pub scene: Scene,
+    pub scene: Arc<Scene>,
     pub renderer: Renderer,
     /// The frame whose structures and pixels `renderer` holds.
     pub last_frame: Option<FrameDesc>,
+    /// The one before: its lists are the next frame's memory.
+    pub spare: FrameDesc,
+}
+
+impl World {
+    pub fn new(scene: Scene, level: Level) -> Self {
+        let (scene, renderer) = (Arc::new(scene), Renderer::new(level));
+        Self { scene, renderer, last_frame: None, spare: FrameDesc::default() }
+    }
+
+    /// The scene, to change it. No frame is in flight.
+    pub fn scene_mut(&mut self) -> &mut Scene {
+        Arc::get_mut(&mut self.scene).expect("only a frame in flight shares the scene")
+    }
+
+    /// Keeps the frame that has been rendered or committed.
+    pub fn show(&mut self, frame: FrameDesc) {
+        if let Some(before) = self.last_frame.replace(frame) {
+            self.spare = before;
+        }
+    }
+}
+
+/// A frame that is to be rendered, and all that it is rendered with.
+pub struct Order {
+    pub world: Box<World>,
+    pub frame: FrameDesc,
+    pub target: Option<Target>,
+    pub on_done: Option<OnDone>,
 }
 
 struct Landed {
@@ -41,33 +72,102 @@ struct Landed {
     outcome: Result<FrameStats, FrameFailure>,
 }
 
-/// Shared by the job and the one who waits for it.
+/// Where the world is.
+enum Stage {
+    /// With the back-end.
+    Ground,
+    /// On its way to a worker.
+    Ordered(Order),
+    /// With a worker.
+    Air,
+    /// On its way back.
+    Landed(Landed),
+}
+
+/// Shared by the job and the one who waits for it; used again from frame to frame.
 pub struct Flight {
-    landed: Mutex<Option<Landed>>,
+    stage: Mutex<Stage>,
     changed: Condvar,
     done: AtomicBool,
     cancel: Arc<AtomicBool>,
-    process: u32,
+    /// Which has ordered the frame.
+    process: AtomicU32,
 }
 
 impl Flight {
     pub fn new(cancel: Arc<AtomicBool>) -> Arc<Self> {
         Arc::new(Self {
-            landed: Mutex::new(None),
+            stage: Mutex::new(Stage::Ground),
             changed: Condvar::new(),
-            done: AtomicBool::new(false),
+            done: AtomicBool::new(true),
             cancel,
-            process: std::process::id(),
+            process: AtomicU32::new(0),
         })
     }
 
-    /// The job: renders, tells the user, hands the world back. Runs inside the pool.
-    pub fn run(&self, mut world: Box<World>, frame: FrameDesc, target: Option<Target>, on_done: Option<OnDone>) {
+    fn stage(&self) -> MutexGuard<'_, Stage> {
+        self.stage.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Has a worker of `pool` render a frame. The frame before has been waited for.
+    pub fn start(self: &Arc<Self>, pool: &Pool, order: Order) {
+        self.process.store(std::process::id(), Ordering::Relaxed);
+        self.done.store(false, Ordering::Relaxed);
+        *self.stage() = Stage::Ordered(order);
+        pool.start(self.clone());
+    }
+
+    /// Whether the pixels are there, or never will be as the process has forked.
+    pub fn is_done(&self) -> bool {
+        self.done.load(Ordering::Acquire) || self.is_the_parents()
+    }
+
+    /// Whether the process is a child of the one that started the frame; the worker is not in it.
+    fn is_the_parents(&self) -> bool {
+        self.process.load(Ordering::Relaxed) != std::process::id()
+    }
+
+    /// Waits for the job and takes the world back; None in a child of the process that started the frame.
+    pub fn wait(&self) -> Option<(Box<World>, Result<FrameStats, FrameFailure>)> {
+        if self.is_the_parents() {
+            return None;
+        }
+        let flying = |stage: &mut Stage| !matches!(stage, Stage::Landed(_));
+        let mut stage = self.changed.wait_while(self.stage(), flying).unwrap_or_else(PoisonError::into_inner);
+        match std::mem::replace(&mut *stage, Stage::Ground) {
+            Stage::Landed(Landed { world, outcome }) => Some((world, outcome)),
+            _ => unreachable!("what has landed stays until it is taken"),
+        }
+    }
+
+    /// Waits until the frame has ended or `timeout` has passed; whether it has ended.
+    pub fn wait_timeout(&self, timeout: Duration) -> bool {
+        if self.is_the_parents() {
+            return true;
+        }
+        let deadline = Instant::now().checked_add(timeout);
+        let mut stage = self.stage();
+        while !matches!(*stage, Stage::Landed(_)) {
+            let left = deadline.map_or(Duration::from_secs(3600), |d| d.saturating_duration_since(Instant::now()));
+            if left.is_zero() {
+                return false;
+            }
+            stage = self.changed.wait_timeout(stage, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        true
+    }
+}
+
+impl Job for Flight {
+    /// Renders, tells the user, hands the world back.
+    fn run(&self) {
+        let Stage::Ordered(order) = std::mem::replace(&mut *self.stage(), Stage::Air) else { return };
+        let Order { mut world, frame, target, on_done } = order;
         let mut outcome = guarded(|| {
             let result = world.renderer.render(&world.scene, &frame, target.as_ref(), &self.cancel);
             result.map_err(FrameFailure::from)
         });
-        world.last_frame = Some(frame);
+        world.show(frame);
         // The application's memory must not be touched after the callback.
         drop(target);
         self.done.store(true, Ordering::Release);
@@ -80,41 +180,8 @@ impl Flight {
                 outcome = Err(failure);
             }
         }
-        *self.landed.lock().unwrap_or_else(PoisonError::into_inner) = Some(Landed { world, outcome });
+        *self.stage() = Stage::Landed(Landed { world, outcome });
         self.changed.notify_all();
-    }
-
-    /// Whether the pixels are there.
-    pub fn is_done(&self) -> bool {
-        self.done.load(Ordering::Acquire)
-    }
-
-    /// Waits for the job and takes the world back.
-    ///
-    /// # Errors
-    /// `Forked` in a child of the process that started the frame.
-    pub fn wait(&self) -> Result<(Box<World>, Result<FrameStats, FrameFailure>), FrameFailure> {
-        if self.process != std::process::id() {
-            return Err(FrameFailure::Forked);
-        }
-        let guard = self.landed.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut guard = self.changed.wait_while(guard, |l| l.is_none()).unwrap_or_else(PoisonError::into_inner);
-        let landed = guard.take().expect("a flight is waited for once");
-        Ok((landed.world, landed.outcome))
-    }
-
-    /// Waits until the frame has ended or `timeout` has passed; whether it has ended.
-    pub fn wait_timeout(&self, timeout: Duration) -> bool {
-        let deadline = Instant::now().checked_add(timeout);
-        let mut guard = self.landed.lock().unwrap_or_else(PoisonError::into_inner);
-        while guard.is_none() {
-            let left = deadline.map_or(Duration::from_secs(3600), |d| d.saturating_duration_since(Instant::now()));
-            if left.is_zero() {
-                return false;
-            }
-            guard = self.changed.wait_timeout(guard, left).unwrap_or_else(PoisonError::into_inner).0;
-        }
-        true
     }
 }
 
@@ -145,7 +212,9 @@ impl std::fmt::Display for FrameFailure {
         match self {
             Self::OutOfMemory(text) | Self::Threads(text) => f.write_str(text),
             Self::Panicked(text) => write!(f, "internal error: {text}"),
-            Self::Forked => f.write_str("the process has forked since the frame was started"),
+            Self::Forked => f.write_str(
+                "the process has forked while the frame was rendered, which is the parent's: start it again",
+            ),
         }
     }
 }

@@ -4,6 +4,7 @@
 use super::flight::FrameFailure;
 use super::local::Local;
 use crate::frame::{self, ImageFileError, LoadedImage};
+use crate::quiet;
 use crate::threads::aside;
 use std::path::Path;
 
@@ -35,12 +36,14 @@ fn on_its_thread<T: Send>(
     path: &Path,
     work: impl FnOnce() -> Result<T, ImageFileError> + Send,
 ) -> Result<T, ImageFileError> {
-    match aside(work) {
-        Ok(Ok(outcome)) => outcome,
+    match aside(|| quiet::caught(work)) {
+        Ok(Ok(Ok(outcome))) => outcome,
         // A panic of a codec is an error of the file; the context has no part in it.
-        Ok(Err(_)) => {
-            Err(ImageFileError::Codec { path: path.into(), cause: "the codec of this format gave up".into() })
+        Ok(Ok(Err(panic))) => {
+            Err(ImageFileError::Codec { path: path.into(), cause: format!("the codec of this format {panic}").into() })
         }
+        Ok(Err(payload)) => std::panic::resume_unwind(payload),
+        Err(error) if error.is_out_of_memory() => Err(ImageFileError::OutOfMemory { path: path.into() }),
         Err(cause) => Err(ImageFileError::Io { path: path.into(), cause: std::io::Error::other(cause) }),
     }
 }

@@ -3,9 +3,9 @@
 //! Commands wait ([`Changes`]) and are applied, in order, when the next frame or commit starts; so a frame sees the scene as it was at
 //! its start, and queries between frames see the frame before.
 
-use super::flight::{Flight, FrameFailure, OnDone, World, guarded};
+use super::flight::{Flight, FrameFailure, OnDone, Order, World, guarded};
 use crate::frame::{FrameStats, Framebuffer, Target};
-use crate::render::Renderer;
+use crate::render::RenderError;
 use crate::scene::{Changes, Command, FrameDesc, Scene};
 use crate::simd::Level;
 use crate::threads::{Pool, ThreadError, with_default_floats};
@@ -32,13 +32,26 @@ impl fmt::Display for BackendError {
 
 impl std::error::Error for BackendError {}
 
+impl BackendError {
+    /// Whether it was for want of memory.
+    pub fn is_out_of_memory(&self) -> bool {
+        match self {
+            Self::Threads(error) => error.is_out_of_memory(),
+        }
+    }
+}
+
 /// Scene, renderer and threads of one context.
 pub struct Local {
     pub(super) pool: Pool,
     level: Level,
-    /// None while a frame is in flight, and for good after a fork in mid-frame.
+    /// None while a frame is in flight.
     world: Option<Box<World>>,
-    flight: Option<Arc<Flight>>,
+    /// The scene of the frame in flight, with which a child of fork() goes on: the world is with a thread that the child does not have.
+    flying: Option<Arc<Scene>>,
+    flight: Arc<Flight>,
+    /// The world is with `flight`, or on its way.
+    in_flight: bool,
     /// Outcome of a flight that a query has waited for; the application has yet to ask.
     outcome: Option<Result<FrameStats, FrameFailure>>,
     /// Not yet applied.
@@ -55,15 +68,17 @@ impl Local {
     /// The system refuses a thread.
     pub fn new(threads: Option<usize>, level: Level) -> Result<Self, BackendError> {
         let pool = Pool::new(threads).map_err(BackendError::Threads)?;
-        let world = World { scene: Scene::default(), renderer: Renderer::new(level), last_frame: None };
+        let cancel = Arc::new(AtomicBool::new(false));
         Ok(Self {
             pool,
             level,
-            world: Some(Box::new(world)),
-            flight: None,
+            world: Some(Box::new(World::new(Scene::default(), level))),
+            flying: None,
+            flight: Flight::new(cancel.clone()),
+            in_flight: false,
             outcome: None,
             pending: Changes::default(),
-            cancel: Arc::new(AtomicBool::new(false)),
+            cancel,
             small_batches: 0,
         })
     }
@@ -88,7 +103,7 @@ impl Local {
 
     /// Takes a valid command; it counts from the next frame or commit on.
     pub fn send(&mut self, command: Command) {
-        self.pending.add(command, self.world.as_deref().map(|world| &world.scene));
+        self.pending.add(command, self.world.as_deref().map(|world| &*world.scene));
     }
 
     /// Waits for the frame in flight, and makes sure that another can start.
@@ -99,10 +114,31 @@ impl Local {
         self.land()
     }
 
+    /// Gets the memory that the changes sent take in the scene, and that of `more` definitions of objects to come: a frame that starts then has all that it
+    /// needs to start. Waits for the frame in flight.
+    ///
+    /// # Errors
+    /// As [`Local::ready`], and `OutOfMemory`; then nothing has changed.
+    pub fn prepare(&mut self, more: usize) -> Result<(), FrameFailure> {
+        self.land()?;
+        let world = self.world.as_mut().expect("land() has put the world back");
+        self.pending.prepare(world.scene_mut(), more).map_err(|error| RenderError::from(error).into())
+    }
+
+    /// The memory of an older frame's description, for the next one's. Waits for the frame in flight.
+    ///
+    /// # Errors
+    /// As [`Local::ready`].
+    pub fn spare_frame(&mut self) -> Result<FrameDesc, FrameFailure> {
+        self.land()?;
+        let world = self.world.as_mut().expect("land() has put the world back");
+        Ok(std::mem::take(&mut world.spare))
+    }
+
     /// Starts rendering `frame`, after the one in flight.
     ///
     /// # Errors
-    /// `Forked` when the world was lost in a fork, `Threads` when a forked child cannot start its own.
+    /// `Threads` when a forked child cannot start its own, `OutOfMemory`.
     pub fn start_frame(
         &mut self,
         frame: FrameDesc,
@@ -114,16 +150,16 @@ impl Local {
         self.apply_pending()?;
         let world = self.world.take().expect("land() has put the world back");
         self.cancel.store(false, Ordering::Relaxed);
-        let flight = Flight::new(self.cancel.clone());
-        self.flight = Some(flight.clone());
-        self.pool.spawn(move || flight.run(world, frame, target, on_done));
+        self.in_flight = true;
+        self.flying = Some(world.scene.clone());
+        self.flight.start(&self.pool, Order { world, frame, target, on_done });
         Ok(())
     }
 
     /// Waits for the frame that was started and says how it went. None was started: statistics of nothing.
     ///
     /// # Errors
-    /// The frame did not come out.
+    /// The frame did not come out; `Forked` in a child of the process that started it.
     pub fn finish_frame(&mut self) -> Result<FrameStats, FrameFailure> {
         self.land()?;
         self.outcome.take().unwrap_or(Ok(FrameStats::default()))
@@ -131,12 +167,12 @@ impl Local {
 
     /// Whether the pixels of the frame that was started are there.
     pub fn is_frame_done(&self) -> bool {
-        self.flight.as_ref().is_none_or(|f| f.is_done())
+        !self.in_flight || self.flight.is_done()
     }
 
     /// Waits up to `timeout` for the frame; whether it has ended.
     pub fn wait_frame(&self, timeout: Duration) -> bool {
-        self.flight.as_ref().is_none_or(|f| f.wait_timeout(timeout))
+        !self.in_flight || self.flight.wait_timeout(timeout)
     }
 
     /// Raised by whoever wants the frame in flight to stop early; lowered when a frame starts.
@@ -155,7 +191,7 @@ impl Local {
         let pool = &self.pool;
         guarded(|| {
             let stats = pool.install(|| world.renderer.commit(&world.scene, &frame))?;
-            world.last_frame = Some(frame);
+            world.show(frame);
             Ok(stats)
         })
     }
@@ -166,7 +202,8 @@ impl Local {
     /// As [`Local::finish_frame`].
     pub fn pick(&mut self, x: f32, y: f32) -> Result<Option<Hit>, FrameFailure> {
         let world = self.resting_world()?;
-        guarded(|| Ok(with_default_floats(|| world.renderer.pick(&world.scene, x, y))))
+        let hit = || world.renderer.pick(&world.scene, x, y).map_err(|error| RenderError::from(error).into());
+        guarded(|| with_default_floats(hit))
     }
 
     /// Size of the framebuffer of the frame last committed or rendered.
@@ -199,19 +236,37 @@ impl Local {
     /// The world, when no frame is in flight any more. Its threads may be missing, after a fork.
     #[inline]
     pub(super) fn resting_world(&mut self) -> Result<&World, FrameFailure> {
-        if let Some(flight) = self.flight.take() {
-            let (world, outcome) = flight.wait()?;
-            self.world = Some(world);
-            self.outcome = Some(outcome);
+        if std::mem::take(&mut self.in_flight) {
+            match self.flight.wait() {
+                Some((world, outcome)) => (self.world, self.outcome) = (Some(world), Some(outcome)),
+                None => self.go_on_after_fork()?,
+            }
+            self.flying = None;
         }
-        self.world.as_deref().ok_or(FrameFailure::Forked)
+        Ok(self.world.as_deref().expect("the world is here when no frame is in flight"))
+    }
+
+    /// In a child of the process that has started the frame: the same scene, without structures, and no frame.
+    #[cold]
+    fn go_on_after_fork(&mut self) -> Result<(), FrameFailure> {
+        // Once more, if there is no memory.
+        self.in_flight = true;
+        let scene = self.flying.as_ref().expect("a frame in flight has a scene").copied();
+        let scene = scene.map_err(RenderError::from)?;
+        self.world = Some(Box::new(World::new(scene, self.level)));
+        self.outcome = Some(Err(FrameFailure::Forked));
+        // That of the parent may be locked for ever.
+        self.flight = Flight::new(self.cancel.clone());
+        self.in_flight = false;
+        Ok(())
     }
 
     fn apply_pending(&mut self) -> Result<(), FrameFailure> {
+        self.prepare(0)?;
         let world = self.world.as_mut().expect("the world has landed");
         let pending = &mut self.pending;
         guarded(|| {
-            pending.apply_to(&mut world.scene);
+            pending.apply_to(world.scene_mut());
             Ok(())
         })
     }
@@ -221,9 +276,9 @@ impl Drop for Local {
     /// Waits for the frame in flight, because it may be writing to the application's memory.
     fn drop(&mut self) {
         self.cancel.store(true, Ordering::Relaxed);
-        if let Some(flight) = self.flight.take() {
+        if self.in_flight {
             // In a forked child there is nothing to wait for.
-            let _ = flight.wait();
+            let _ = self.flight.wait();
         }
     }
 }

@@ -15,4 +15,4 @@ pub use local::{BackendError, Local};
 
 pub use crate::render::{HitSurface, Queries, SceneView, builtin_classes};
 pub use crate::simd::Level;
-pub use crate::threads::MAX_THREADS;
+pub use crate::threads::{MAX_THREADS, with_default_floats};

@@ -19,13 +19,14 @@ use std::ffi::{c_char, c_int, c_void};
 /// frames are rendered). Other values are ignored.
 ///
 /// Errors: RT_INVALID_OPERATION when it was called before without rtExit(), or a context is current on this
-/// thread; RT_IO_ERROR when the system refuses threads.
+/// thread; RT_IO_ERROR when the system refuses threads; RT_OUT_OF_MEMORY.
 ///
 /// Threads: a context belongs to the thread on which it is current. All other functions work on the context
 /// that is current on the calling thread, and report RT_INVALID_OPERATION when there is none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rtInit(argc: *mut c_int, argv: *mut *mut c_char) {
     let _ = (argc, argv);
+    #[allow(clippy::redundant_closure, reason = "errors name the call by the type of its closure")]
     guard_thread(|| contexts::init())
 }
 
@@ -35,13 +36,14 @@ pub unsafe extern "C" fn rtInit(argc: *mut c_int, argv: *mut *mut c_char) {
 /// Errors: RT_INVALID_OPERATION without rtInit(), or when the initial context is current on another thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtExit() {
+    #[allow(clippy::redundant_closure, reason = "errors name the call by the type of its closure")]
     guard_thread(|| contexts::exit())
 }
 
 /// Makes a further context, with objects, shaders, textures and frames of its own, and returns its name; 0 on
 /// failure. It is not made current.
 ///
-/// Errors: RT_IO_ERROR when the system refuses threads.
+/// Errors: RT_IO_ERROR when the system refuses threads; RT_OUT_OF_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtCreateContext() -> RTuint {
     guard_thread(|| contexts::create(0))
@@ -111,6 +113,7 @@ pub extern "C" fn rtGetError() -> RTenum {
     if guard::has_no_error() {
         return RT_NO_ERROR;
     }
+    #[allow(clippy::redundant_closure, reason = "errors name the call by the type of its closure")]
     guard_thread(|| guard::take_error())
 }
 

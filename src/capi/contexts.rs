@@ -5,6 +5,7 @@ use super::current::{Session, UserData, current_name, exchange};
 use super::loaded_scenes::LoadedScenes;
 use super::types::RTuint;
 use crate::api::{CancelHandle, Config, Context, Error, Result};
+use crate::memory;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -47,6 +48,7 @@ pub(super) fn set_threads(threads: u32) {
 pub(super) fn create(threads: u32) -> Result<RTuint> {
     let threads = if threads == 0 { THREADS.load(Ordering::Relaxed) } else { threads };
     let threads = (threads > 0).then_some(threads as usize);
+    memory::check()?;
     // Made before the table is locked: starting threads takes time.
     let context = Context::with_config(Config { threads, ..Config::default() })?;
     let cancel = context.cancel_handle();

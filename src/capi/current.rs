@@ -13,7 +13,8 @@ use super::contexts::park;
 use super::loaded_scenes::LoadedScenes;
 use super::types::{RTenum, RTerrorCallback, RTuint};
 use crate::api::{Context, Error, Result};
-use std::cell::Cell;
+use std::borrow::Cow;
+use std::cell::{Cell, RefCell};
 use std::ffi::c_void;
 use std::ops::{Deref, DerefMut};
 use std::ptr;
@@ -72,11 +73,31 @@ thread_local! {
             telling: Cell::new(false),
         }
     };
-    static OWNER: Owner = const { Owner };
+    static OWNER: Owner = const { Owner { texts: Texts { last: empty(), homeless: empty() } } };
 }
 
-/// Gives the thread's context back when the thread ends, so that another one can take it.
-struct Owner;
+const fn empty() -> RefCell<Cow<'static, str>> {
+    RefCell::new(Cow::Borrowed(""))
+}
+
+/// Texts of errors.
+pub(super) struct Texts {
+    /// Of what `rtGetError` returned last.
+    pub last: RefCell<Cow<'static, str>>,
+    /// Of the first error of a call without a context.
+    pub homeless: RefCell<Cow<'static, str>>,
+}
+
+/// Gives the thread's context back when the thread ends, so that another one can take it. All that is to be dropped is here, as the system must
+/// remember each such variable and ends the process where it has no memory for that.
+struct Owner {
+    texts: Texts,
+}
+
+/// Texts of the thread's errors; None on a thread that has ended.
+pub(super) fn texts_of_thread<R>(f: impl FnOnce(&Texts) -> R) -> Option<R> {
+    OWNER.try_with(|owner| f(&owner.texts)).ok()
+}
 
 impl Drop for Owner {
     fn drop(&mut self) {

@@ -137,7 +137,9 @@ pub extern "C" fn rtViewport(x: RTint, y: RTint, width: RTsizei, height: RTsizei
 /// waits for that one. Then a new frame without instances begins.
 ///
 /// Errors: RT_INVALID_OPERATION without a frame buffer or viewport, when the viewport reaches beyond the frame
-/// buffer, between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject(); RT_OUT_OF_MEMORY.
+/// buffer, between rtBegin() and rtEnd(), or between rtNewObject() and rtEndObject(). RT_OUT_OF_MEMORY: when the
+/// frame could not start, it is still assembled; otherwise it is over, and the picture is that of the frame before.
+/// Objects, shaders and settings are what they were in either case.
 #[unsafe(no_mangle)]
 pub extern "C" fn rtRender() {
     guard(|cx| cx.render().map(|_| ()))
@@ -186,8 +188,8 @@ pub extern "C" fn rtWaitFrame(milliseconds: RTuint) -> RTboolean {
     guard(|cx| cx.wait_frame(Duration::from_millis(milliseconds.into())).map(RTboolean::from))
 }
 
-/// Stops the frame of rtStartRendering() early. Parts of the picture that were not begun keep what they showed
-/// before. The frame still wants rtEndRendering(), and its statistics say that it was cancelled. Without a
+/// Stops the frame of rtStartRendering() early, within milliseconds: parts of the picture that are not complete keep what they
+/// showed before, and those that were begun may be of both. The frame still wants rtEndRendering(), and its statistics say that it was cancelled. Without a
 /// frame this does nothing.
 ///
 /// Errors: RT_INVALID_OPERATION between rtBegin() and rtEnd().

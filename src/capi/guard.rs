@@ -2,25 +2,20 @@
 //!
 //! Callbacks to the application run after the context is put down, so they may call the library.
 //!
+//! What a call computes does not depend on the floating-point environment of its thread, nor does it raise signals there.
+//!
 //! A panic is a defect of ours. It is caught here, the context is marked unusable, and the application goes on.
 
 use super::constants::*;
-use super::current::{Session, borrow, missing, slot};
+use super::current::{Session, borrow, missing, slot, texts_of_thread};
 use super::texts;
 use super::types::{RTboolean, RTenum, RTint, RTuint};
-use crate::api::{Context, Error, ErrorCode, Result};
+use crate::api::{Context, Error, ErrorCode, Result, with_default_floats};
+use crate::memory;
 use std::any::{Any, type_name};
 use std::borrow::Cow;
-use std::cell::RefCell;
 use std::ffi::{CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-
-thread_local! {
-    /// Text of what `rtGetError` returned last on this thread, for `rtGetErrorString`.
-    static LAST_TEXT: RefCell<Cow<'static, str>> = const { RefCell::new(Cow::Borrowed("")) };
-    /// Text of the first error of a call without a context.
-    static HOMELESS_TEXT: RefCell<Cow<'static, str>> = const { RefCell::new(Cow::Borrowed("")) };
-}
 
 /// What an export returns when its call is refused.
 pub(super) trait Refused {
@@ -68,7 +63,12 @@ pub(super) fn guard_session<T: Refused, F: FnOnce(&mut Session) -> Result<T>>(ca
 fn guarded<T: Refused>(closure: &'static str, call: impl FnOnce(&mut Session) -> Result<T>) -> T {
     let Some(mut session) = borrow() else { return refuse(closure, missing()) };
     // Unwind safety: after a panic the context is poisoned, and what is poisoned answers nothing but errors.
-    let outcome = catch_unwind(AssertUnwindSafe(|| call(&mut session)));
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        if memory::check_enough().is_err() && !frees_memory(closure) {
+            return Err(Error::out_of_memory());
+        }
+        with_default_floats(|| call(&mut session))
+    }));
     drop(session);
     match outcome {
         Ok(Ok(value)) => value,
@@ -79,7 +79,7 @@ fn guarded<T: Refused>(closure: &'static str, call: impl FnOnce(&mut Session) ->
 
 /// Runs `call`, which needs no context (it makes, changes or asks for the current one).
 pub(super) fn guard_thread<T: Refused, F: FnOnce() -> Result<T>>(call: F) -> T {
-    match catch_unwind(AssertUnwindSafe(call)) {
+    match catch_unwind(AssertUnwindSafe(|| with_default_floats(call))) {
         Ok(Ok(value)) => value,
         Ok(Err(error)) => refuse(type_name::<F>(), error),
         Err(payload) => defect(type_name::<F>(), payload),
@@ -90,6 +90,14 @@ pub(super) fn guard_thread<T: Refused, F: FnOnce() -> Result<T>>(call: F) -> T {
 /// calls that go well pay nothing for it.
 fn call_of(closure: &str) -> &str {
     closure.split("::").find(|part| part.starts_with("rt")).unwrap_or("openrt")
+}
+
+/// Whether a call goes on while hardly anything of the memory put aside is left, since it takes none, or leads to some.
+#[cold]
+fn frees_memory(closure: &'static str) -> bool {
+    ["rtDelete", "rtClear", "rtEnd", "rtPop", "rtFinish", "rtGet", "rtIs"]
+        .iter()
+        .any(|few| call_of(closure).starts_with(few))
 }
 
 /// Records `error` where `rtGetError` of this thread will find it, then tells the callback.
@@ -111,7 +119,7 @@ fn report(error: Error) {
             if slot.homeless.get() == RT_NO_ERROR {
                 slot.homeless.set(code);
                 // The text is lost on a thread that has ended; its code is not.
-                let _ = HOMELESS_TEXT.try_with(|text| *text.borrow_mut() = error.message);
+                let _ = texts_of_thread(|texts| texts.homeless.replace(error.message));
             }
         });
     };
@@ -173,13 +181,13 @@ pub(super) fn take_error() -> Result<RTenum> {
     };
     let found = of_context.or_else(|| match slot(|slot| slot.homeless.replace(RT_NO_ERROR)) {
         RT_NO_ERROR => None,
-        code => Some((code, HOMELESS_TEXT.try_with(RefCell::take).unwrap_or_default())),
+        code => Some((code, texts_of_thread(|texts| texts.homeless.take()).unwrap_or_default())),
     });
     let code = found.as_ref().map_or(RT_NO_ERROR, |found| found.0);
     slot(|slot| slot.last_code.set(code));
     if let Some((_, text)) = found {
         // The text is lost on a thread that has ended; its code is not.
-        let _ = LAST_TEXT.try_with(|last| last.replace(text));
+        let _ = texts_of_thread(|texts| texts.last.replace(text));
     }
     Ok(code)
 }
@@ -197,7 +205,7 @@ fn error_of(context: &mut Context) -> Result<Option<(RTenum, Cow<'static, str>)>
 
 /// Text of `code`: in full when it is what `rtGetError` returned last on this thread.
 pub(super) fn error_text(code: RTenum) -> *const c_char {
-    let full = || LAST_TEXT.try_with(|text| texts::bounded(&text.borrow())).ok().flatten();
+    let full = || texts_of_thread(|thread| texts::bounded(&thread.last.borrow())).flatten();
     let general = match code {
         RT_NO_ERROR => c"no error",
         RT_INVALID_ENUM => c"invalid enumerant",

@@ -6,11 +6,16 @@ use super::load::{Doubles, Integers, Parts, Text};
 use super::types::RTuint;
 use crate::api::{Context, Error, ErrorCode, Result};
 use crate::load::{self, LoadedScene};
+use crate::memory;
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString};
 
 /// The library reads scene files.
 pub(super) const READERS: bool = true;
+
+/// The reserve of a reader: for each byte of the file, and anyway. It is not touched while the system has memory.
+const READER_SHARE: usize = 16;
+const READER_BYTES: usize = 4 << 20;
 
 #[derive(Default)]
 pub(super) struct LoadedScenes {
@@ -32,7 +37,11 @@ fn of_library(Parts { instances, lights, camera, background }: Parts) -> load::P
 impl LoadedScenes {
     pub fn load(&mut self, context: &mut Context, file: &str, parts: Parts) -> Result<RTuint> {
         let name = self.last.checked_add(1).ok_or_else(Error::out_of_memory)?;
-        let read = load::read(file).map_err(|e| Error::new(ErrorCode::Io, e.to_string()))?;
+        // The readers do not ask for memory.
+        let size = std::fs::metadata(file).map_or(0, |about| usize::try_from(about.len()).unwrap_or(usize::MAX));
+        let reserve = size.saturating_mul(READER_SHARE).saturating_add(READER_BYTES);
+        let read = memory::behind(reserve, || load::read(file))?;
+        let read = read.map_err(|e| Error::new(ErrorCode::Io, e.to_string()))?;
         let start = read.animation.map_or(0.0, |a| a.start);
         let mut scene = LoadedScene::define(context, read)?;
         let parts = of_library(parts);

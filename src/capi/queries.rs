@@ -10,17 +10,19 @@ use crate::api::{Context, Error, Hit, Ray, Result};
 const _: () = {
     use std::mem::offset_of;
     assert!(size_of::<RTray>() == size_of::<Ray>() && align_of::<RTray>() == align_of::<Ray>());
-    assert!(offset_of!(RTray, origin) == offset_of!(Ray, org) && offset_of!(RTray, tmin) == offset_of!(Ray, tmin));
-    assert!(offset_of!(RTray, direction) == offset_of!(Ray, dir) && offset_of!(RTray, tmax) == offset_of!(Ray, tmax));
+    assert!(offset_of!(RTray, origin) == offset_of!(Ray, origin) && offset_of!(RTray, tmin) == offset_of!(Ray, tmin));
+    assert!(
+        offset_of!(RTray, direction) == offset_of!(Ray, direction) && offset_of!(RTray, tmax) == offset_of!(Ray, tmax)
+    );
     assert!(size_of::<RThit>() == size_of::<Hit>() && align_of::<RThit>() == align_of::<Hit>());
     assert!(offset_of!(RThit, t) == offset_of!(Hit, t) && offset_of!(RThit, u) == offset_of!(Hit, u));
-    assert!(offset_of!(RThit, v) == offset_of!(Hit, v) && offset_of!(RThit, primitive) == offset_of!(Hit, prim));
+    assert!(offset_of!(RThit, v) == offset_of!(Hit, v) && offset_of!(RThit, primitive) == offset_of!(Hit, primitive));
     assert!(offset_of!(RThit, object) == offset_of!(Hit, object));
     assert!(offset_of!(RThit, instance) == offset_of!(Hit, instance));
 };
 
 pub(super) fn hit_of(hit: Hit) -> RThit {
-    RThit { t: hit.t, u: hit.u, v: hit.v, primitive: hit.prim, object: hit.object, instance: hit.instance }
+    RThit { t: hit.t, u: hit.u, v: hit.v, primitive: hit.primitive, object: hit.object, instance: hit.instance }
 }
 
 pub(super) fn is_coherent(flags: RTbitfield) -> Result<bool> {

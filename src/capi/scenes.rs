@@ -298,7 +298,7 @@ pub unsafe extern "C" fn rtSceneSurfaces(
                 continue;
             }
             let none = || {
-                let Hit { prim, object, instance, .. } = *hit;
+                let Hit { primitive: prim, object, instance, .. } = *hit;
                 let what =
                     format!("hit {i} is none of this scene: instance {instance}, object {object}, primitive {prim}");
                 Error::invalid_value(what)
@@ -358,7 +358,7 @@ pub unsafe extern "C" fn rtSceneClosestPoint(
                 distance: c.distance,
                 u: c.u,
                 v: c.v,
-                primitive: c.prim,
+                primitive: c.primitive,
                 object: c.object,
                 instance: c.instance,
             },

@@ -10,6 +10,7 @@ use crate::api::{
     CameraShader, EnvironmentShader, Error, Layout, LightSample, LightShader, ParamDef, ParamScope, ParamType,
     ParamValue, PrimaryRay, Program, Result, ShaderClass, ShaderKind, ShadingContext, SurfaceShader, check_sizes,
 };
+use crate::memory;
 use glam::{Vec2, Vec3, Vec4};
 use std::ffi::{c_char, c_void};
 use std::sync::Arc;
@@ -276,19 +277,21 @@ unsafe fn default_of(ty: ParamType, p: *const c_void) -> Result<ParamValue> {
         ParamType::Matrix => ParamValue::Matrix(unsafe { array_at("defaultValue", p.cast())? }),
         ParamType::Texture => ParamValue::Texture(0),
         ParamType::String if p.is_null() => ParamValue::String("".into()),
-        // SAFETY: not NULL, so a string by contract.
-        ParamType::String => ParamValue::String(unsafe { text("defaultValue", p.cast())? }.into()),
+        ParamType::String => {
+            // SAFETY: not NULL, so a string by contract.
+            let text = unsafe { text("defaultValue", p.cast())? };
+            ParamValue::String(memory::made(text.len(), || text.into())?)
+        }
         ParamType::Raw(n) => {
             let n = RTsizei::try_from(n)
                 .map_err(|_| Error::invalid_value(format_args!("a parameter of {n} bytes is too large")))?;
             if p.is_null() {
-                let mut zeros = Vec::new();
-                zeros.try_reserve_exact(n as usize)?;
-                zeros.resize(n as usize, 0u8);
-                ParamValue::Raw(zeros.into())
+                let zeros = memory::repeated(0u8, n as usize)?;
+                ParamValue::Raw(memory::made(zeros.len(), || zeros.into())?)
             } else {
                 // SAFETY: not NULL, so n bytes by contract.
-                ParamValue::Raw(unsafe { slice("defaultValue", p.cast::<u8>(), n)? }.into())
+                let bytes = unsafe { slice("defaultValue", p.cast::<u8>(), n)? };
+                ParamValue::Raw(memory::made(bytes.len(), || bytes.into())?)
             }
         }
     })

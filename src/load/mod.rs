@@ -13,7 +13,6 @@ mod model;
 mod nff;
 mod obj;
 mod ply;
-mod quiet;
 mod report;
 #[cfg(test)]
 mod tests;
@@ -22,6 +21,7 @@ pub use define::{LoadedScene, Parts};
 pub use error::LoadError;
 pub use model::*;
 
+use crate::quiet;
 use std::path::Path;
 
 /// How a file is read.
@@ -47,7 +47,8 @@ pub fn read(path: impl AsRef<Path>) -> Result<SceneFile, LoadError> {
 pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<SceneFile, LoadError> {
     let path = path.as_ref();
     // The last line of defence against a file that a crate cannot take.
-    quiet::caught(|| read_format(path, options)).unwrap_or_else(|text| Err(LoadError::new(path, None, text)))
+    let read = quiet::caught(|| read_format(path, options));
+    read.unwrap_or_else(|panic| Err(LoadError::new(path, None, format!("the reader {panic}"))))
 }
 
 fn read_format(path: &Path, options: &ReadOptions) -> Result<SceneFile, LoadError> {

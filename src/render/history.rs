@@ -5,6 +5,7 @@
 //! Interpolated pixels are replaced, never averaged: the nodes of one step are a handful of the next one's.
 
 use super::frameless::Turn;
+use crate::memory::{OutOfMemory, copy_into};
 use crate::scene::{FrameDesc, Viewport};
 
 /// What the pixels that are stored belong to.
@@ -18,8 +19,10 @@ struct Stored {
 /// What is known of the frames before.
 #[derive(Default)]
 pub struct History {
-    /// What the tiles' averages belong to.
-    averaged: Option<(u64, FrameDesc)>,
+    /// What the tiles' averages belong to, if there are any.
+    averaged: FrameDesc,
+    epoch: u64,
+    averages: bool,
     /// Frames since then that were not cancelled.
     frames: u32,
     stored: Option<Stored>,
@@ -46,13 +49,18 @@ pub struct Plan {
 
 impl History {
     /// Plans `frame`, of a scene with this `epoch`. [`History::ended`] must follow.
-    pub fn plan(&mut self, epoch: u64, frame: &FrameDesc) -> Plan {
+    ///
+    /// # Errors
+    /// No memory; nothing can be gone on with then.
+    pub fn plan(&mut self, epoch: u64, frame: &FrameDesc) -> Result<Plan, OutOfMemory> {
         let averages = (frame.accumulate || frame.progressive) && frame.frameless <= 1;
-        let unchanged = |(then, last): &(u64, FrameDesc)| *then == epoch && same_picture(last, frame);
-        let same = averages && self.averaged.as_ref().is_some_and(unchanged);
+        let same = averages && self.averages && self.epoch == epoch && same_picture(&self.averaged, frame);
         if !same {
-            self.averaged = averages.then(|| (epoch, frame.clone()));
-            self.frames = 0;
+            (self.averages, self.epoch, self.frames) = (false, epoch, 0);
+            if averages {
+                copy_frame(&mut self.averaged, frame)?;
+                self.averages = true;
+            }
         }
         let halvings = if frame.progressive && averages { self.frames.min(31) } else { 0 };
         let step = (frame.subsampling >> halvings).max(1);
@@ -67,7 +75,7 @@ impl History {
         if turn.is_none() {
             self.turns = 0;
         }
-        Plan { step, continues, wants_primary: !self.primary, turn }
+        Ok(Plan { step, continues, wants_primary: !self.primary, turn })
     }
 
     /// The frame that was planned has ended: by itself, or cancelled.
@@ -80,6 +88,15 @@ impl History {
         self.frames = self.frames.saturating_add(1);
         self.turns += u32::from(plan.turn.is_some());
     }
+}
+
+/// Makes `to` a copy of a frame, in the memory of its lists.
+fn copy_frame(to: &mut FrameDesc, frame: &FrameDesc) -> Result<(), OutOfMemory> {
+    let FrameDesc { mut instances, mut lights, .. } = std::mem::take(to);
+    copy_into(&mut instances, &frame.instances)?;
+    copy_into(&mut lights, &frame.lights)?;
+    *to = frame.with_lists(instances, lights);
+    Ok(())
 }
 
 /// Whether two frames of an unchanged scene show the same, so that their samples may be averaged.
@@ -105,7 +122,7 @@ mod tests {
     }
 
     fn plan(history: &mut History, epoch: u64, frame: &FrameDesc, cancelled: bool) -> Plan {
-        let plan = history.plan(epoch, frame);
+        let plan = history.plan(epoch, frame).expect("memory");
         history.ended(&plan, cancelled);
         plan
     }

@@ -4,6 +4,7 @@
 //! All parallel work runs on the calling thread's rayon pool; enter it with [`crate::threads::Pool::install`].
 #![forbid(unsafe_code)]
 
+mod desk;
 mod error;
 mod frameless;
 mod history;

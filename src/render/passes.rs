@@ -10,12 +10,15 @@
 //! without a budget (`c_examples/build/bodies --triangles 720 --size 320x240`, counted by callgrind: 112 million for the first pass, 221 for a
 //! frame, 333 for both). Keeping the hits of all pixels would save part of it at 24 bytes for each, and helps only frames that reach most tiles.
 
+use super::desk::Desks;
 use super::frameless::Turn;
-use super::tile::{TileJob, TileWorker};
+use super::tile::TileJob;
 use crate::frame::{self, Framebuffer, Target, TileGrid, TileRect};
+use crate::memory::{OutOfMemory, Room, emptied};
 use crate::shade::RayCounts;
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
+use std::sync::{Mutex, PoisonError};
 
 /// What a pass has done.
 #[derive(Clone, Copy, Default)]
@@ -44,73 +47,94 @@ pub struct Passes<'a> {
     pub wanted: TileRect,
     pub turn: Option<Turn>,
     pub target: Option<&'a Target>,
-    pub cancel: &'a AtomicBool,
+    pub desks: &'a Desks,
 }
 
 /// A tile: its pixels, and the samples that are averaged in them.
 type Tile<'f> = (usize, (&'f mut frame::Tile, &'f mut u32));
 
+/// The memory of a list of tiles, kept from frame to frame.
+#[derive(Default)]
+pub struct Order(Vec<Option<Tile<'static>>>);
+
+impl Order {
+    /// Makes room for so many tiles.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn prepare(&mut self, tiles: usize) -> Result<(), OutOfMemory> {
+        self.0.room(tiles)
+    }
+}
+
 impl Passes<'_> {
     /// Renders all tiles in full.
-    pub fn all<'a>(&self, fb: &mut Framebuffer, job: &TileJob<'a>) -> Counts {
+    pub fn all(&self, fb: &mut Framebuffer, job: &TileJob<'_>) -> Counts {
         let grid = fb.grid();
-        let one = |worker: &mut TileWorker<'a>, tile: Tile| self.tile(worker, job, grid, tile, true);
-        tiles(fb).map_init(|| job.worker(), one).reduce(Counts::default, Counts::plus)
+        tiles(fb).map(|tile| self.tile(job, grid, tile, true)).reduce(Counts::default, Counts::plus)
     }
 
     /// Renders the tiles that hold nothing of the frame's picture, by primary rays; they still count as holding nothing.
-    pub fn primary<'a>(&self, fb: &mut Framebuffer, job: &TileJob<'a>) -> Counts {
+    pub fn primary(&self, fb: &mut Framebuffer, job: &TileJob<'_>) -> Counts {
         let grid = fb.grid();
-        let one = |worker: &mut TileWorker<'a>, tile: Tile| self.tile(worker, job, grid, tile, false);
         tiles(fb)
             .filter(|(_, (_, rounds))| **rounds == 0)
-            .map_init(|| job.worker(), one)
+            .map(|tile| self.tile(job, grid, tile, false))
             .reduce(Counts::default, Counts::plus)
     }
 
-    /// Renders tiles in full, one after the other, until `time_is_up`.
-    pub fn refine<'a>(
+    /// Renders tiles in full, one after the other, until `time_is_up`. `order` has room for them all.
+    pub fn refine(
         &self,
         fb: &mut Framebuffer,
-        job: &TileJob<'a>,
+        job: &TileJob<'_>,
+        order: &mut Order,
         time_is_up: &(dyn Fn() -> bool + Sync),
     ) -> Counts {
         let grid = fb.grid();
         let (tiles, rounds) = fb.tiles_mut();
-        let mut order: Vec<Tile> = tiles.iter_mut().zip(rounds).enumerate().collect();
-        order.retain(|&(index, _)| !grid.rect(index).intersection(self.wanted).is_empty());
+        let mut list: Vec<Option<Tile>> = emptied(std::mem::take(&mut order.0));
+        let all = tiles.iter_mut().zip(rounds).enumerate();
+        list.extend(all.filter(|(index, _)| !grid.rect(*index).intersection(self.wanted).is_empty()).map(Some));
         let middle = |a: u32, b: u32| i64::from(a) + i64::from(b);
         let (x, y) = (middle(self.wanted.x0, self.wanted.x1), middle(self.wanted.y0, self.wanted.y1));
-        order.sort_by_key(|(index, (_, rounds))| {
-            let rect = grid.rect(*index);
-            let (dx, dy) = (middle(rect.x0, rect.x1) - x, middle(rect.y0, rect.y1) - y);
-            (**rounds, dx * dx + dy * dy, *index)
+        list.sort_unstable_by_key(|tile| {
+            tile.as_ref().map(|(index, (_, rounds))| {
+                let rect = grid.rect(*index);
+                let (dx, dy) = (middle(rect.x0, rect.x1) - x, middle(rect.y0, rect.y1) - y);
+                (**rounds, dx * dx + dy * dy, *index)
+            })
         });
-        let one = |worker: &mut TileWorker<'a>, tile: Tile| {
-            if time_is_up() { Counts::default() } else { self.tile(worker, job, grid, tile, true) }
+        // Handed out in their order, whatever the number of threads.
+        let rest = Mutex::new(list.iter_mut());
+        let next = || rest.lock().unwrap_or_else(PoisonError::into_inner).next().and_then(Option::take);
+        let one_thread = |_| {
+            let mut counts = Counts::default();
+            while let Some(tile) = next().filter(|_| !time_is_up()) {
+                counts = counts.plus(self.tile(job, grid, tile, true));
+            }
+            counts
         };
-        // A bridge hands tiles out in their order, whatever the number of threads.
-        order.into_iter().par_bridge().map_init(|| job.worker(), one).reduce(Counts::default, Counts::plus)
+        let threads = (0..rayon::current_num_threads()).into_par_iter().with_max_len(1);
+        let counts = threads.map(one_thread).reduce(Counts::default, Counts::plus);
+        order.0 = emptied(list);
+        counts
     }
 
     /// Renders a tile and delivers it. `counts` says that it is averaged, and holds the frame's picture then.
-    fn tile<'a>(
-        &self,
-        worker: &mut TileWorker<'a>,
-        job: &TileJob<'a>,
-        grid: TileGrid,
-        (index, (pixels, rounds)): Tile,
-        counts: bool,
-    ) -> Counts {
+    fn tile(&self, job: &TileJob<'_>, grid: TileGrid, (index, (pixels, rounds)): Tile, counts: bool) -> Counts {
         let rect = grid.rect(index);
         let visible = rect.intersection(self.wanted);
         if visible.is_empty() {
             return Counts::default();
         }
-        if self.cancel.load(Ordering::Relaxed) {
-            return Counts { skipped: 1, ..Counts::default() };
+        const SKIPPED: Counts = Counts { rays: RayCounts { primary: 0, shadow: 0, secondary: 0 }, skipped: 1 };
+        if job.cancel.load(Ordering::Relaxed) {
+            return SKIPPED;
         }
-        let rays = job.render(worker, [rect.x0, rect.y0], visible, self.turn, *rounds, pixels);
+        let origin = [rect.x0, rect.y0];
+        let rays = self.desks.at_one(|desk| job.render(desk, origin, visible, self.turn, *rounds, pixels));
+        let Some(rays) = rays else { return SKIPPED };
         if counts {
             *rounds = rounds.saturating_add(1);
         }

@@ -112,10 +112,10 @@ impl<'a> Queries<'a> {
     /// What lies at a hit of `ray` in this scene. None if the scene has no such triangle.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> Option<HitSurface> {
         let mesh = self.meshes.of(hit.object)?;
-        mesh.triangles.get(hit.prim as usize)?;
-        let world_from_object = self.world_from_object(ray, hit, mesh.corners(hit.prim))?;
+        mesh.triangles.get(hit.primitive as usize)?;
+        let world_from_object = self.world_from_object(ray, hit, mesh.corners(hit.primitive))?;
         Some(with_default_floats(|| {
-            let ray = Ray { dir: unit(ray.dir), ..*ray };
+            let ray = Ray { direction: unit(ray.direction), ..*ray };
             let placed = Placed::new(world_from_object);
             let point = Interaction::new(&ray, hit, &placed, mesh, Cone { width: 0.0, spread: 0.0 }, 0).point;
             let side = if point.back_facing { -1.0 } else { 1.0 };
@@ -126,7 +126,7 @@ impl<'a> Queries<'a> {
                 normal: normal * side,
                 tex_coord: point.tex_coord,
                 color: point.color,
-                shader: mesh.shader_of_triangle.get(hit.prim as usize).copied().unwrap_or(0),
+                shader: mesh.shader_of_triangle.get(hit.primitive as usize).copied().unwrap_or(0),
                 front_facing: !point.back_facing,
             }
         }))
@@ -163,7 +163,7 @@ impl<'a> Queries<'a> {
     /// Where the triangle of a hit is. A composite may hold its object several times: then it is there where the ray has met the triangle.
     fn world_from_object(&self, ray: &Ray, hit: &Hit, [a, b, c]: [Vec3; 3]) -> Option<Affine3A> {
         let local = a * ((1.0 - hit.u) - hit.v) + b * hit.u + c * hit.v;
-        let met = ray.org + ray.dir * hit.t;
+        let met = ray.origin + ray.direction * hit.t;
         let apart = |m: &Affine3A| m.transform_point3(local).distance_squared(met);
         let places = self.view().instances_of(hit.instance).filter(|record| record.object == hit.object);
         places.map(|record| record.world_from_object).min_by(|m, n| apart(m).total_cmp(&apart(n)))

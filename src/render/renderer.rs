@@ -1,16 +1,18 @@
 //! The renderer of one context.
 
+use super::desk::{self, Desks};
 use super::error::RenderError;
 use super::history::{History, Plan};
-use super::passes::{Counts, Passes};
+use super::passes::{Counts, Order, Passes};
 use super::queries::{Meshes, Queries};
 use super::scene_view::SceneView;
 use super::tile::{TileJob, aspect};
 use super::upsample::upsample;
 use crate::accel::TwoLevel;
-use crate::frame::{FrameStats, Framebuffer, Lattice, Target, TileRect};
-use crate::scene::{FrameDesc, Mask, Resolved, Scene, Viewport};
-use crate::shade::{Camera, Holes, MAX_LAYERS, ShadeScene, SurfaceUse, TextureCache, compile_camera};
+use crate::frame::{FrameStats, Framebuffer, Lattice, Target, TileGrid, TileRect};
+use crate::memory::OutOfMemory;
+use crate::scene::{FrameDesc, InstanceList, Mask, Resolved, Scene, Viewport};
+use crate::shade::{Camera, Holes, MAX_LAYERS, ShadeMemory, ShadeScene, compile_camera};
 use crate::simd::Level;
 use crate::trace::{Hit, Ray, Tracer};
 use glam::Vec2;
@@ -28,8 +30,9 @@ pub struct Renderer {
     framebuffer: Framebuffer,
     /// Of the last sub-sampled frame, the pixels that were sampled.
     nodes: Framebuffer,
-    textures: TextureCache,
-    surfaces: SurfaceUse,
+    shade: ShadeMemory,
+    desks: Desks,
+    order: Order,
     /// The instances of the last frame.
     resolved: Resolved,
     /// Camera and viewport of the last frame, for picking.
@@ -44,8 +47,9 @@ impl Renderer {
             world: TwoLevel::new(level),
             framebuffer: Framebuffer::default(),
             nodes: Framebuffer::default(),
-            textures: TextureCache::default(),
-            surfaces: SurfaceUse::default(),
+            shade: ShadeMemory::default(),
+            desks: Desks::default(),
+            order: Order::default(),
             resolved: Resolved::default(),
             view: (Camera::default(), Viewport::default()),
             history: History::default(),
@@ -58,8 +62,8 @@ impl Renderer {
     /// No memory for a structure. Its object is not there for rays; the next commit tries again.
     pub fn commit(&mut self, scene: &Scene, frame: &FrameDesc) -> Result<FrameStats, RenderError> {
         let begin = Instant::now();
-        self.view = (compile_camera(scene, frame), frame.viewport);
-        self.textures.update(scene);
+        self.shade.update(scene)?;
+        self.view = (compile_camera(scene, frame, &self.shade.blocks), frame.viewport);
         self.world.choose_top_level(frame.top_level);
         self.resolved.resolve(scene, &frame.instances).map_err(|_| RenderError::Instances)?;
         let list = self.resolved.list(&frame.instances);
@@ -116,12 +120,18 @@ impl Renderer {
         // First, whatever else fails: structures must not stay behind the scene that rays are traced in.
         let mut stats = self.commit(scene, frame)?;
         let render_begin = Instant::now();
-        let plan = self.history.plan(scene.epoch, frame);
-        if let Err(error) = self.make_room(frame, &plan) {
-            self.history = History::default();
-            return Err(error);
-        }
-        let counts = self.pixels(scene, frame, &plan, target, cancel, time_is_up, &mut stats);
+        let resolved = std::mem::take(&mut self.resolved);
+        let (plan, shade_scene) = match self.begin(scene, frame, resolved.list(&frame.instances)) {
+            Ok(begun) => begun,
+            Err(error) => {
+                self.resolved = resolved;
+                self.history = History::default();
+                return Err(error);
+            }
+        };
+        let counts = self.pixels(&shade_scene, frame, &plan, target, cancel, time_is_up, &mut stats);
+        shade_scene.end(&mut self.shade);
+        self.resolved = resolved;
         self.history.ended(&plan, counts.skipped > 0);
         stats.render_seconds = render_begin.elapsed().as_secs_f64();
         // Shading included: then updates by rays are chosen too rarely, never too often.
@@ -136,13 +146,33 @@ impl Renderer {
         Ok(stats)
     }
 
-    /// Makes the framebuffers as large as the frame needs, and empty if nothing in them can be gone on with.
+    /// Plans the frame and gets all the memory that it needs; then its pixels come without fail.
+    fn begin<'a>(
+        &mut self,
+        scene: &'a Scene,
+        frame: &FrameDesc,
+        list: InstanceList<'a>,
+    ) -> Result<(Plan, ShadeScene<'a>), RenderError> {
+        let plan = self.history.plan(scene.epoch, frame)?;
+        let shade_scene = ShadeScene::new(scene, frame, list, &mut self.shade)?;
+        desk::prepare(&mut self.desks, frame.samples, shade_scene.patches())?;
+        self.make_room(frame, &plan)?;
+        Ok((plan, shade_scene))
+    }
+
+    /// Makes the framebuffers as large as the frame needs, and empty if nothing in them can be gone on with. On an error the picture is what it was.
     fn make_room(&mut self, frame: &FrameDesc, plan: &Plan) -> Result<(), RenderError> {
-        self.framebuffer.resize(frame.size[0], frame.size[1])?;
+        let [width, height] = frame.size;
+        let mut stored = TileGrid { width, height };
         if plan.step > 1 {
             let [columns, rows] = Lattice::new(rect_of(frame.viewport), plan.step).nodes();
             self.nodes.resize(columns, rows)?;
+            stored = self.nodes.grid();
         }
+        if frame.time_budget.is_some() {
+            self.order.prepare(stored.tile_count())?;
+        }
+        self.framebuffer.resize(width, height)?;
         if !plan.continues {
             // Also of tiles that a cancelled frame will not reach: what they hold belongs to another picture.
             self.framebuffer.tiles_mut().1.fill(0);
@@ -155,7 +185,7 @@ impl Renderer {
     #[expect(clippy::too_many_arguments, reason = "what a frame is made of")]
     fn pixels(
         &mut self,
-        scene: &Scene,
+        shade_scene: &ShadeScene<'_>,
         frame: &FrameDesc,
         plan: &Plan,
         target: Option<&Target>,
@@ -163,11 +193,7 @@ impl Renderer {
         time_is_up: &(dyn Fn() -> bool + Sync),
         stats: &mut FrameStats,
     ) -> Counts {
-        let shade_scene = {
-            let list = self.resolved.list(&frame.instances);
-            ShadeScene::new(scene, frame, list, &self.textures, &mut self.surfaces)
-        };
-        let job = TileJob::new(&shade_scene, Tracer::new(&self.world), frame, plan.step);
+        let job = TileJob::new(shade_scene, Tracer::new(&self.world), frame, plan.step, cancel);
         let viewport = rect_of(frame.viewport);
         let sub_sampled = plan.step > 1;
         let (stored, wanted) = if sub_sampled {
@@ -176,7 +202,8 @@ impl Renderer {
         } else {
             (&mut self.framebuffer, viewport)
         };
-        let passes = Passes { wanted, turn: plan.turn, target: target.filter(|_| !sub_sampled), cancel };
+        let target_of_tiles = target.filter(|_| !sub_sampled);
+        let passes = Passes { wanted, turn: plan.turn, target: target_of_tiles, desks: &self.desks };
         // Where primary rays are all that is asked for, the first pass has done everything.
         let at_once = frame.time_budget.is_none() || !plan.continues && job.is_primary_only();
         let counts = if at_once {
@@ -186,7 +213,7 @@ impl Renderer {
             if plan.wants_primary {
                 counts = passes.primary(stored, &job.primary_only());
             }
-            counts.plus(passes.refine(stored, &job, time_is_up))
+            counts.plus(passes.refine(stored, &job, &mut self.order, time_is_up))
         };
         stats.refined = passes.refined(stored);
         if sub_sampled && counts.skipped == 0 {
@@ -222,26 +249,29 @@ impl Renderer {
     /// What the last frame's camera sees at (`x`, `y`), in pixels of the framebuffer from its lower left corner; the
     /// centre of the first pixel is (0.5, 0.5). Holes of cut-out surfaces are looked through. None outside the
     /// viewport and where nothing is hit.
-    pub fn pick(&self, scene: &Scene, x: f32, y: f32) -> Option<Hit> {
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn pick(&self, scene: &Scene, x: f32, y: f32) -> Result<Option<Hit>, OutOfMemory> {
         let (camera, viewport) = &self.view;
         let size = Vec2::new(viewport.width as f32, viewport.height as f32);
         let screen = (Vec2::new(x, y) - Vec2::new(viewport.x as f32, viewport.y as f32)) / size;
         // Written so that NaN fails.
         if !(screen.cmpge(Vec2::ZERO).all() && screen.cmplt(Vec2::ONE).all()) {
-            return None;
+            return Ok(None);
         }
-        let ray = camera.primary_ray(screen, aspect(*viewport), Vec2::splat(0.5))?;
+        let Some(ray) = camera.primary_ray(screen, aspect(*viewport), Vec2::splat(0.5)) else { return Ok(None) };
         let mut ray = Ray::new(ray.origin, ray.direction);
         let tracer = Tracer::new(&self.world).masked(Mask::CAMERA);
-        let holes = Holes::new(scene, &self.textures);
+        let mut holes = Holes::new(scene, &self.shade);
         for _ in 0..MAX_LAYERS {
-            let hit = tracer.intersect(&ray)?;
-            if !holes.is_hole(&ray, &hit) {
-                return Some(Hit { instance: self.world.number_of(hit.instance), ..hit });
+            let Some(hit) = tracer.intersect(&ray) else { return Ok(None) };
+            if !holes.is_hole(&ray, &hit)? {
+                return Ok(Some(Hit { instance: self.world.number_of(hit.instance), ..hit }));
             }
             ray.tmin = hit.t.next_up();
         }
-        None
+        Ok(None)
     }
 }
 

@@ -166,12 +166,12 @@ fn check(what: &str, w: &World) -> u32 {
     for level in Level::available() {
         let mut world = TwoLevel::new(level);
         world.update(&w.scene, &w.frame.instances);
-        let mut cache = TextureCache::default();
-        cache.update(&w.scene);
+        let mut memory = ShadeMemory::default();
+        memory.update(&w.scene).expect("memory");
         let list = InstanceList::plain(&w.frame.instances);
-        let scene = ShadeScene::new(&w.scene, &w.frame, list, &cache, &mut SurfaceUse::default());
+        let scene = ShadeScene::new(&w.scene, &w.frame, list, &mut memory).expect("memory");
         let cone = scene.camera.cone(SIZE as f32, 1.0);
-        let mut workers = [0, 1].map(|_| Worker::new(&scene, Tracer::new(&world)));
+        let mut workers = [0, 1].map(|_| Worker::new(&scene, Tracer::new(&world), WorkerMemory::default()));
         let mut answers = [0, 1].map(|_| Samples::new());
         let mut camera = CameraPacket::new();
         for (number, packet) in (0..(SIZE / PACKET_SIZE).pow(2)).enumerate() {
@@ -278,7 +278,7 @@ fn rays_of_a_packet_are_those_of_the_camera() {
     ];
     for (i, camera) in cameras.into_iter().enumerate() {
         w.frame.camera = camera;
-        let camera = compile_camera(&w.scene, &w.frame);
+        let camera = compile_camera(&w.scene, &w.frame, &Blocks::default());
         for (level, step) in Level::available().flat_map(|level| [(level, 1), (level, 5)]) {
             let mask = 0xffff_00ff_1234_8001;
             let (pixel, offset) = ([16, 8], Vec2::new(0.3, 0.9));
@@ -297,8 +297,12 @@ fn rays_of_a_packet_are_those_of_the_camera() {
                 assert_eq!(packet.mask >> slot & 1 == 1, ray.is_some(), "camera {i}, {}, sample {slot}", level.name());
                 if let Some(alone) = ray {
                     let ray = packet.rays.ray(slot);
-                    assert_eq!(bits(ray.org.to_array()), bits(alone.origin.to_array()), "camera {i}, sample {slot}");
-                    assert_eq!(bits(ray.dir.to_array()), bits(alone.direction.to_array()), "camera {i}, sample {slot}");
+                    assert_eq!(bits(ray.origin.to_array()), bits(alone.origin.to_array()), "camera {i}, sample {slot}");
+                    assert_eq!(
+                        bits(ray.direction.to_array()),
+                        bits(alone.direction.to_array()),
+                        "camera {i}, sample {slot}"
+                    );
                     assert!(ray.tmax == f32::INFINITY);
                 }
             }

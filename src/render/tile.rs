@@ -6,15 +6,15 @@
 //! Of a sub-sampled frame a tile holds nodes ([`crate::frame::Lattice`]) instead of neighbouring pixels: the packets are
 //! packets still, of rays that are farther apart.
 
+use super::desk::Desk;
 use super::frameless::Turn;
 use crate::frame::{BLOCK_PIXELS, Block, NO_INSTANCE, Pixel, TILE_SIZE, Tile, TileRect, block_place};
 use crate::scene::{FrameDesc, Viewport};
-use crate::shade::{
-    CameraPacket, Cone, PACKET_SIZE, RayCounts, Samples, Seen, ShadeScene, Wanted, Worker, pixel_pattern, place,
-};
+use crate::shade::{Cone, PACKET_SIZE, RayCounts, Samples, Seen, ShadeScene, Wanted, Worker, place};
 use crate::simd::{Level, bits, prefetch_at};
 use crate::trace::{Hit, RayPacket, Tracer};
 use glam::{Vec2, Vec4};
+use std::sync::atomic::AtomicBool;
 
 /// What all tiles of a frame share.
 pub struct TileJob<'a> {
@@ -23,6 +23,8 @@ pub struct TileJob<'a> {
     pub frame: &'a FrameDesc,
     pub aspect: f32,
     pub cone: Cone,
+    /// Raised by who does not want the frame any more.
+    pub cancel: &'a AtomicBool,
     /// Pixels from one stored pixel to the next, and which pixel of the picture the first is.
     step: u32,
     base: [u32; 2],
@@ -30,26 +32,24 @@ pub struct TileJob<'a> {
     primary_only: bool,
 }
 
-/// What a thread needs from tile to tile.
-pub struct TileWorker<'a> {
-    worker: Worker<'a>,
-    camera: CameraPacket,
-    samples: Samples,
-    sums: Box<[Vec4; RayPacket::RAYS]>,
-}
-
 /// Packets along each side of a tile.
 const PACKETS: u32 = TILE_SIZE / PACKET_SIZE;
 
 impl<'a> TileJob<'a> {
     /// `step` 1 renders pixels of the picture; others render nodes of a lattice over the viewport, which begins at its corner.
-    pub fn new(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>, frame: &'a FrameDesc, step: u32) -> Self {
+    pub fn new(
+        scene: &'a ShadeScene<'a>,
+        tracer: Tracer<'a>,
+        frame: &'a FrameDesc,
+        step: u32,
+        cancel: &'a AtomicBool,
+    ) -> Self {
         let aspect = aspect(frame.viewport);
         // Samples share a pixel's footprint.
         let rows = frame.viewport.height.max(1) as f32 * (frame.samples.max(1) as f32).sqrt();
         let cone = scene.camera.cone(rows, aspect);
         let base = if step == 1 { [0, 0] } else { [frame.viewport.x, frame.viewport.y] };
-        Self { scene, tracer, frame, aspect, cone, step, base, primary_only: false }
+        Self { scene, tracer, frame, aspect, cone, cancel, step, base, primary_only: false }
     }
 
     /// The same pixels as the rendering object `raycast` shows them, with one sample each.
@@ -63,47 +63,53 @@ impl<'a> TileJob<'a> {
         self.frame.samples <= 1 && self.scene.is_primary_only()
     }
 
-    /// What one thread works with.
-    pub fn worker(&self) -> TileWorker<'a> {
-        TileWorker {
-            worker: if self.primary_only {
-                Worker::primary_only(self.scene, self.tracer)
-            } else {
-                Worker::new(self.scene, self.tracer)
-            },
-            camera: CameraPacket::new(),
-            samples: Samples::new(),
-            sums: Box::new([Vec4::ZERO; RayPacket::RAYS]),
-        }
-    }
-
     /// Renders the pixels of `visible`, a part of the tile at `origin`, whose `turn` it is. `rounds` frames are already averaged in
-    /// the tile; 0 overwrites it.
+    /// the tile; 0 overwrites it. None when the frame is cancelled meanwhile: then a tile of averages is as it was before, and another is new in part.
     pub fn render(
         &self,
-        worker: &mut TileWorker<'a>,
+        desk: &mut Desk,
         origin: [u32; 2],
         visible: TileRect,
         turn: Option<Turn>,
         rounds: u32,
         pixels: &mut Tile,
-    ) -> RayCounts {
-        let TileWorker { worker, camera, samples, sums } = worker;
-        worker.counts = RayCounts::default();
-        let pattern = pixel_pattern(if self.primary_only { 1 } else { self.frame.samples.max(1) }, rounds);
+    ) -> Option<RayCounts> {
+        if rounds > 0 {
+            desk.before.clone_from(pixels);
+        }
+        let counts = self.render_on(desk, origin, visible, turn, rounds, pixels);
+        if counts.is_none() && rounds > 0 {
+            pixels.clone_from(&desk.before);
+        }
+        counts
+    }
+
+    fn render_on(
+        &self,
+        desk: &mut Desk,
+        origin: [u32; 2],
+        visible: TileRect,
+        turn: Option<Turn>,
+        rounds: u32,
+        pixels: &mut Tile,
+    ) -> Option<RayCounts> {
+        let Desk { memory, camera, samples, pattern, sums, .. } = desk;
+        let new = if self.primary_only { Worker::primary_only } else { Worker::new };
+        let mut worker = new(self.scene, self.tracer, std::mem::take(memory)).until(self.cancel);
+        let pattern = pattern.of(if self.primary_only { 1 } else { self.frame.samples }, rounds);
         let at_once = pattern.len() == 1 && rounds == 0;
         let Viewport { x, y, width, height } = self.frame.viewport;
         let size = Vec2::new(width as f32, height as f32);
         let last = [x + width - 1, y + height - 1];
         let from = |a: u32, b: u32| (i64::from(a) - i64::from(b)) as f32;
-        for (packet, block) in (0..PACKETS * PACKETS).zip(&mut pixels.blocks) {
+        'packets: for (packet, block) in (0..PACKETS * PACKETS).zip(&mut pixels.blocks) {
             let stored = [origin[0] + packet % PACKETS * PACKET_SIZE, origin[1] + packet / PACKETS * PACKET_SIZE];
             let mask = visible_places(stored, visible) & turn.map_or(u64::MAX, |turn| turn.places(stored));
             if mask == 0 {
                 continue;
             }
             let pixel = [0, 1].map(|k| self.base[k] + stored[k] * self.step);
-            for (i, &offset) in (0..).zip(&pattern) {
+            for (i, &offset) in (0..).zip(pattern) {
                 let number = rounds.wrapping_mul(pattern.len() as u32).wrapping_add(i);
                 let corner = Vec2::new(from(pixel[0], x), from(pixel[1], y));
                 let wanted = Wanted { pixel, corner, step: self.step, last, mask, number, offset };
@@ -113,6 +119,9 @@ impl<'a> TileJob<'a> {
                 }
                 camera.aim(&self.scene.camera, self.level(), &wanted, size, self.aspect);
                 worker.samples(camera, self.cone, samples);
+                if worker.is_cancelled() {
+                    break 'packets;
+                }
                 self.clear(samples, mask & !camera.mask);
                 if at_once {
                     show(samples, mask, block);
@@ -137,7 +146,9 @@ impl<'a> TileJob<'a> {
                 }
             }
         }
-        worker.counts
+        let counts = (!worker.is_cancelled()).then_some(worker.counts);
+        *memory = worker.into_memory();
+        counts
     }
 
     fn level(&self) -> Level {

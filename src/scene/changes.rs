@@ -9,6 +9,7 @@
 //! and merging the logarithm of the number of vertices for each one updated.
 
 use super::{Command, Mesh, Name, Scene};
+use crate::memory::{OutOfMemory, Room};
 use glam::Vec3;
 use std::collections::{HashMap, TryReserveError};
 
@@ -105,6 +106,22 @@ impl Changes {
         if self.holes > FEW_HOLES.max(self.waiting.len() / 2) {
             self.close_holes();
         }
+    }
+
+    /// Gets the memory that applying takes, also for `more` objects that are yet to come; then it cannot fail.
+    ///
+    /// # Errors
+    /// No memory. The scene is what it was.
+    pub fn prepare(&self, scene: &mut Scene, more: usize) -> Result<(), OutOfMemory> {
+        let commands = || self.waiting.iter().filter_map(|waiting| waiting.command.as_ref());
+        let count = |is_one: fn(&Command) -> bool| commands().filter(|command| is_one(command)).count();
+        scene.classes.room(count(|command| matches!(command, Command::DefineClass { .. })))?;
+        scene.shaders.room(count(|command| matches!(command, Command::DefineShader { .. })))?;
+        scene.textures.room(count(|command| matches!(command, Command::DefineTexture { .. })))?;
+        for command in commands() {
+            scene.prepare(command)?;
+        }
+        scene.objects.room(more)
     }
 
     /// Applies what waits, in order; nothing waits afterwards.

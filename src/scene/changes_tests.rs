@@ -161,3 +161,23 @@ fn what_waits_is_bounded_by_what_is_changed() {
     let left = changes.waiting.iter().filter_map(|w| w.command.as_ref()).collect::<Vec<_>>();
     assert!(matches!(left[..], [Command::DeleteObject { name: 1 }]));
 }
+
+#[test]
+fn what_was_prepared_for_is_applied_to_a_copy_of_what_a_snapshot_holds() {
+    let mut scene = Scene::default();
+    let mesh = |x: f32| Mesh { positions: vec![Vec3::splat(x); 3], triangles: vec![[0, 1, 2]], ..Mesh::default() };
+    let mut changes = Changes::default();
+    changes.add(Command::DefineObject { name: 1, mesh: mesh(0.0), motion: Motion::Affine }, Some(&scene));
+    changes.prepare(&mut scene, 2).expect("memory");
+    assert!(scene.objects[&1].mesh.triangles.is_empty() && scene.objects.capacity() >= 3);
+    changes.apply_to(&mut scene);
+    let snapshot = scene.objects[&1].mesh.clone();
+    changes.add(Command::UpdatePositions { name: 1, first: 0, positions: vec![Vec3::ONE; 3] }, Some(&scene));
+    changes.prepare(&mut scene, 0).expect("memory");
+    assert!(!Arc::ptr_eq(&snapshot, &scene.objects[&1].mesh));
+    assert_eq!(snapshot.positions, scene.objects[&1].mesh.positions);
+    let prepared = Arc::as_ptr(&scene.objects[&1].mesh);
+    changes.apply_to(&mut scene);
+    assert_eq!((Arc::as_ptr(&scene.objects[&1].mesh), snapshot.positions[0]), (prepared, Vec3::ZERO));
+    assert_eq!(scene.objects[&1].mesh.positions[0], Vec3::ONE);
+}

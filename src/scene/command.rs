@@ -6,8 +6,10 @@
 use super::changes::{overwrite, scatter};
 use super::key_frame;
 use super::{
-    Instance, KeyFrame, LazyShape, Mask, Mesh, Motion, Name, ParamValue, Scene, Shader, ShaderClass, Strategy, Texture,
+    Instance, KeyFrame, LazyShape, Mask, Mesh, Motion, Name, Object, ParamValue, Scene, Shader, ShaderClass, Strategy,
+    Texture,
 };
+use crate::memory::{OutOfMemory, Room};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -108,6 +110,47 @@ pub enum Command {
 }
 
 impl Scene {
+    /// Gets the memory that [`Scene::apply`] takes, but for tables of classes, shaders and textures. An object that is not there is there
+    /// afterwards, without triangles.
+    ///
+    /// # Errors
+    /// No memory.
+    pub(super) fn prepare(&mut self, command: &Command) -> Result<(), OutOfMemory> {
+        match command {
+            Command::DefineObject { name, .. }
+            | Command::SetChildren { name, .. }
+            | Command::SetStrategy { name, .. }
+            | Command::SetMotion { name, .. }
+            | Command::SetSpatialSplits { name, .. }
+            | Command::SetMask { name, .. }
+            | Command::SetLazyShape { name, .. }
+            | Command::SetTime { name, .. }
+                if !self.objects.contains_key(name) =>
+            {
+                self.objects.room(1)?;
+                self.objects.insert(*name, Object::default());
+            }
+            Command::UpdatePositions { name, .. }
+            | Command::MovePositions { name, .. }
+            | Command::UpdateNormals { name, .. }
+            | Command::MoveNormals { name, .. } => {
+                // A snapshot has it, too. What is written to is a copy.
+                if let Some(object) = self.objects.get_mut(name)
+                    && Arc::strong_count(&object.mesh) > 1
+                {
+                    object.mesh = Arc::new(object.mesh.try_clone()?);
+                }
+            }
+            Command::SetKeyFrame { name, .. } => {
+                if let Some(object) = self.objects.get_mut(name) {
+                    object.keys.room(1)?;
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
     /// Applies one command. Names that do not exist are ignored: the sender has validated them, and a
     /// deletion may have overtaken a change.
     ///
@@ -200,12 +243,12 @@ impl Scene {
             }
             Command::DefineShader { name, class } => {
                 if let Some(class) = self.classes.get(&class) {
-                    self.shaders.insert(name, Shader::new(class.clone()));
+                    self.shaders.insert(name, Shader::new(class.clone(), self.epoch));
                 }
             }
             Command::SetParameter { shader, param, value } => {
                 if let Some(shader) = self.shaders.get_mut(&shader) {
-                    shader.set(param, value);
+                    shader.set(param, value, self.epoch);
                 }
             }
             Command::DeleteShader { name } => {

@@ -89,6 +89,13 @@ pub struct FrameDesc {
     pub progressive: bool,
 }
 
+impl FrameDesc {
+    /// The same frame with other lists.
+    pub fn with_lists(&self, instances: Vec<Instance>, lights: Vec<LightUse>) -> Self {
+        Self { instances, lights, ..*self }
+    }
+}
+
 impl Default for FrameDesc {
     fn default() -> Self {
         Self {

@@ -1,6 +1,7 @@
 //! Indexed triangles with per-vertex attributes, as the begin/end assembler leaves them.
 
 use super::Name;
+use crate::memory::{OutOfMemory, copied, vec_of};
 use glam::{Vec2, Vec3, Vec4};
 
 /// Triangles with a coordinate beyond this (or not a number) are dropped: areas and differences of their boxes would overflow. Embree draws the line
@@ -41,6 +42,26 @@ pub struct ParamStream {
 }
 
 impl Mesh {
+    /// A copy.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn try_clone(&self) -> Result<Self, OutOfMemory> {
+        let mut params = vec_of(self.params.len())?;
+        for stream in &self.params {
+            params.push(ParamStream { data: copied(&stream.data)?, ..*stream });
+        }
+        Ok(Self {
+            positions: copied(&self.positions)?,
+            triangles: copied(&self.triangles)?,
+            normals: copied(&self.normals)?,
+            tex_coords: copied(&self.tex_coords)?,
+            colors: copied(&self.colors)?,
+            shader_of_triangle: copied(&self.shader_of_triangle)?,
+            params,
+        })
+    }
+
     /// Corners of triangle `prim` in object space.
     #[inline]
     pub fn corners(&self, prim: u32) -> [Vec3; 3] {

@@ -40,6 +40,7 @@ pub use texture::{Filter, Texture, TextureFormat, TextureLevel, Wrap};
 pub use top_level::TopLevelKind;
 pub use upsampling::Upsampling;
 
+use crate::memory::{OutOfMemory, Room};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -60,6 +61,27 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The same scene once more, which shares meshes, classes and textures with this one.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn copied(&self) -> Result<Self, OutOfMemory> {
+        fn map<T: Clone>(from: &HashMap<Name, T>) -> Result<HashMap<Name, T>, OutOfMemory> {
+            let mut to = HashMap::new();
+            to.room(from.len())?;
+            to.extend(from.iter().map(|(&name, value)| (name, value.clone())));
+            Ok(to)
+        }
+        Ok(Self {
+            objects: map(&self.objects)?,
+            classes: map(&self.classes)?,
+            shaders: map(&self.shaders)?,
+            textures: map(&self.textures)?,
+            epoch: self.epoch,
+            composites: self.composites,
+        })
+    }
+
     fn is_composite(&self, object: Name) -> bool {
         self.objects.get(&object).is_some_and(|object| !object.children.is_empty())
     }

@@ -3,6 +3,7 @@
 //! The log is short: when it has grown to a part of all vertices, or an update moves them all, what is older is forgotten. Who asks for
 //! changes since then is told to look at everything.
 
+use crate::memory::{Room, collected, vec_of};
 use std::collections::VecDeque;
 use std::ops::Range;
 
@@ -24,7 +25,7 @@ pub struct Moves {
 #[derive(Clone, Debug)]
 enum Moved {
     Range(Range<u32>),
-    Listed(Box<[u32]>),
+    Listed(Vec<u32>),
 }
 
 impl Moved {
@@ -53,12 +54,17 @@ impl Moves {
         if vertices.len() > of / PART {
             self.all(epoch);
         } else {
-            let vertices = vertices.iter().copied().filter(|&v| (v as usize) < of).collect();
-            self.push(epoch, Moved::Listed(vertices), of);
+            match collected(vertices.iter().copied().filter(|&v| (v as usize) < of)) {
+                Ok(vertices) => self.push(epoch, Moved::Listed(vertices), of),
+                Err(_) => self.all(epoch),
+            }
         }
     }
 
     fn push(&mut self, epoch: u64, moved: Moved, of: usize) {
+        if self.updates.room(1).is_err() {
+            return self.all(epoch);
+        }
         self.vertices += moved.len();
         self.updates.push_back((epoch, moved));
         while self.vertices > of / PART || self.updates.len() > MOST_UPDATES {
@@ -73,13 +79,13 @@ impl Moves {
         epoch < self.forgotten
     }
 
-    /// The vertices moved after `epoch`, some of them perhaps more than once; None if that may be any.
+    /// The vertices moved after `epoch`, some of them perhaps more than once; None if that may be any, or without memory for a list.
     pub fn since(&self, epoch: u64) -> Option<Vec<u32>> {
         if self.any_since(epoch) {
             return None;
         }
         let first = self.updates.partition_point(|(at, _)| *at <= epoch);
-        let mut vertices = Vec::new();
+        let mut vertices = vec_of(self.updates.range(first..).map(|(_, moved)| moved.len()).sum()).ok()?;
         for (_, moved) in self.updates.range(first..) {
             match moved {
                 Moved::Range(range) => vertices.extend(range.clone()),

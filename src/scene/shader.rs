@@ -91,21 +91,24 @@ pub struct Shader {
     pub values: Vec<ParamValue>,
     /// Whether each of them was set, if only to its default.
     pub given: Vec<bool>,
+    /// The epoch of the last change; no two shaders share one.
+    pub version: u64,
 }
 
 impl Shader {
     /// A shader with the default values of its class.
-    pub fn new(class: Arc<ShaderClass>) -> Self {
+    pub fn new(class: Arc<ShaderClass>, version: u64) -> Self {
         let values = class.params.iter().map(|p| p.default.clone()).collect();
         let given = vec![false; class.params.len()];
-        Self { class, values, given }
+        Self { class, values, given, version }
     }
 
-    /// Sets parameter number `param`, if the class has so many.
-    pub fn set(&mut self, param: u32, value: ParamValue) {
+    /// Sets parameter number `param`, if the class has so many, in epoch `version`.
+    pub fn set(&mut self, param: u32, value: ParamValue, version: u64) {
         if let Some(slot) = self.values.get_mut(param as usize) {
             *slot = value;
             self.given[param as usize] = true;
+            self.version = version;
         }
     }
 

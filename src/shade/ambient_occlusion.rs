@@ -20,7 +20,7 @@ impl<'a> Worker<'a> {
         let scene = self.scene;
         let mut next = first;
         for _ in 0..MAX_LAYERS {
-            let Some(hit) = next else { return scene.environment.radiance(ray.dir, bounce.cone) };
+            let Some(hit) = next else { return scene.environment.radiance(ray.direction, bounce.cone) };
             let it = scene.interaction(&ray, &hit, bounce.cone, bounce.depth);
             if scene.surface(&hit).is_hole(&it, &scene.textures) {
                 ray.tmin = hit.t.next_up();
@@ -31,6 +31,9 @@ impl<'a> Worker<'a> {
             let shift = self.rng.next_vec2();
             let mut open = Vec3::ZERO;
             for i in 0..samples {
+                if self.is_cancelled() {
+                    break;
+                }
                 let direction = cosine_hemisphere(it.point.normal, hammersley(i, samples, shift));
                 // Directions below the true surface, which interpolated normals allow, are mirrored above it.
                 let height = direction.dot(it.point.geometric_normal);

@@ -5,41 +5,53 @@
 //! parameter its size, and a string the address of a NUL-terminated copy that lives as long as the frame. Blocks
 //! begin at multiples of 16 bytes. Parameters that do not fit into the block are left out.
 
-use crate::scene::{Mesh, Name, ParamDef, ParamScope, ParamType, ParamValue, Shader, ShaderClass};
+use crate::memory::{OutOfMemory, Room, repeated, vec_of};
+use crate::scene::{Mesh, Name, ParamDef, ParamScope, ParamType, ParamValue, Program, Scene, Shader, ShaderClass};
+use std::collections::HashMap;
 use std::ffi::CString;
 use std::sync::Arc;
 
 /// Alignment of every block, enough for any C struct without extended alignment.
 const ALIGN: usize = 16;
 
-/// The block of one shader, packed at frame start.
+/// Bytes that a block of `len` takes, wherever they begin.
+fn with_slack(len: usize) -> usize {
+    len + ALIGN - 1
+}
+
+/// The block of one shader.
 #[derive(Clone)]
-pub struct Block {
-    storage: Arc<[u8]>,
+pub struct Block(Arc<Packed>);
+
+struct Packed {
+    storage: Vec<u8>,
     start: usize,
     len: usize,
     /// What the string parameters point to.
-    _strings: Arc<[CString]>,
+    _strings: Vec<CString>,
 }
 
 impl Block {
-    pub fn pack(shader: &Shader) -> Self {
+    pub fn pack(shader: &Shader) -> Result<Self, OutOfMemory> {
         let len = shader.class.block_size as usize;
-        let mut strings = Vec::new();
-        let storage: Arc<[u8]> = vec![0u8; len + ALIGN - 1].into();
+        let mut storage = repeated(0u8, with_slack(len))?;
         let start = storage.as_ptr().align_offset(ALIGN).min(ALIGN - 1);
-        let mut bytes = vec![0u8; len];
+        let is_text = |value: &&ParamValue| matches!(value, ParamValue::String(_));
+        let mut strings = vec_of(shader.values.iter().filter(is_text).count())?;
         for (def, value) in shader.class.params.iter().zip(&shader.values) {
-            pack_value(&mut bytes, def, value, &mut strings);
+            pack_value(&mut storage[start..start + len], def, value, &mut strings)?;
         }
-        let mut block = Self { storage, start, len, _strings: strings.into() };
-        let storage = Arc::get_mut(&mut block.storage).expect("nobody else has the new storage");
-        storage[start..start + len].copy_from_slice(&bytes);
-        block
+        Ok(Self(Arc::new(Packed { storage, start, len, _strings: strings })))
+    }
+
+    /// Bytes of memory that [`Block::patched`] asks for.
+    pub fn patch_bytes(&self) -> usize {
+        with_slack(self.0.len)
     }
 
     pub fn bytes(&self) -> &[u8] {
-        &self.storage[self.start..self.start + self.len]
+        let Packed { storage, start, len, .. } = &*self.0;
+        &storage[*start..start + len]
     }
 
     /// Fills `scratch` with the block as triangle `prim` sees it: with its values of the mesh's parameter streams.
@@ -53,9 +65,9 @@ impl Block {
         prim: u32,
         weights: [f32; 3],
     ) -> &'s [u8] {
-        scratch.resize(self.len + ALIGN - 1, 0);
+        scratch.resize(self.patch_bytes(), 0);
         let start = scratch.as_ptr().align_offset(ALIGN).min(ALIGN - 1);
-        let bytes = &mut scratch[start..start + self.len];
+        let bytes = &mut scratch[start..start + self.0.len];
         bytes.copy_from_slice(self.bytes());
         for stream in mesh.params.iter().filter(|s| s.shader == shader) {
             let Some(def) = class.params.get(stream.param as usize) else { continue };
@@ -81,7 +93,41 @@ impl Block {
     }
 }
 
-fn pack_value(bytes: &mut [u8], def: &ParamDef, value: &ParamValue, strings: &mut Vec<CString>) {
+/// The blocks of the scene's shaders that have a program of the user's, packed anew when a value has changed.
+#[derive(Default)]
+pub struct Blocks {
+    packed: HashMap<Name, (u64, Block)>,
+}
+
+impl Blocks {
+    /// Packs what is new in the scene and forgets what is gone.
+    ///
+    /// # Errors
+    /// No memory; the next update tries again.
+    pub fn update(&mut self, scene: &Scene) -> Result<(), OutOfMemory> {
+        let is_current = |name: &Name, version| scene.shaders.get(name).is_some_and(|s| s.version == version);
+        self.packed.retain(|name, (version, _)| is_current(name, *version));
+        for (&name, shader) in &scene.shaders {
+            if !matches!(shader.class.program, Program::BuiltIn) && !self.packed.contains_key(&name) {
+                self.packed.room(1)?;
+                self.packed.insert(name, (shader.version, Block::pack(shader)?));
+            }
+        }
+        Ok(())
+    }
+
+    /// The block of a shader that has one.
+    pub fn get(&self, shader: Name) -> Option<Block> {
+        self.packed.get(&shader).map(|(_, block)| block.clone())
+    }
+}
+
+fn pack_value(
+    bytes: &mut [u8],
+    def: &ParamDef,
+    value: &ParamValue,
+    strings: &mut Vec<CString>,
+) -> Result<(), OutOfMemory> {
     match (def.ty, value) {
         (ParamType::Int(n), ParamValue::Int(v)) => {
             v.iter().take(n.into()).enumerate().for_each(|(k, i)| put(bytes, def, 4 * k, &i.to_ne_bytes()));
@@ -96,12 +142,16 @@ fn pack_value(bytes: &mut [u8], def: &ParamDef, value: &ParamValue, strings: &mu
         (ParamType::String, ParamValue::String(text)) => {
             // A C string ends at its first NUL.
             let text = text.split('\0').next().expect("split yields at least one part");
-            let text = CString::new(text).expect("cut before the first NUL");
+            let mut bytes_of_text = vec_of(text.len() + 1)?;
+            bytes_of_text.extend_from_slice(text.as_bytes());
+            bytes_of_text.push(0);
+            let text = CString::from_vec_with_nul(bytes_of_text).expect("cut before the first NUL");
             put(bytes, def, 0, &(text.as_ptr() as usize).to_ne_bytes());
             strings.push(text);
         }
         _ => {}
     }
+    Ok(())
 }
 
 /// Floats into a float or int parameter.

@@ -28,6 +28,9 @@ impl<'a> Worker<'a> {
             };
             let shift = light.shift(&mut self.rng);
             for i in 0..n {
+                if self.is_cancelled() {
+                    return;
+                }
                 let Some(sample) = light.facing(point, i, n, shift) else { continue };
                 let share = if shadows { self.transmittance(it, sample.direction, sample.distance) } else { Vec3::ONE };
                 if share != Vec3::ZERO {

@@ -45,14 +45,14 @@ impl<'a> Interaction<'a> {
     /// `ray` must have a direction of unit length; `placed` and `mesh` are those of the instance that was hit.
     #[inline(always)]
     pub fn new(ray: &Ray, hit: &Hit, placed: &'a Placed, mesh: &'a Mesh, cone: Cone, depth: u32) -> Self {
-        let [i0, i1, i2] = mesh.triangles[hit.prim as usize].map(|i| i as usize);
+        let [i0, i1, i2] = mesh.triangles[hit.primitive as usize].map(|i| i as usize);
         let corners = [mesh.positions[i0], mesh.positions[i1], mesh.positions[i2]];
         let weights = weights(hit.u, hit.v);
         let local = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
-        let position = placed.world_from_object.transform_point3(local);
+        let position = placed.point(local);
 
         let (object_normal, _) = scaled_normal(&corners);
-        let mut geometric_normal = placed.normal(object_normal).normalize_or(-ray.dir);
+        let mut geometric_normal = placed.normal(object_normal).normalize_or(-ray.direction);
         let mut normal = geometric_normal;
         if !mesh.normals.is_empty() {
             let n = [mesh.normals[i0], mesh.normals[i1], mesh.normals[i2]];
@@ -63,14 +63,14 @@ impl<'a> Interaction<'a> {
             let mixed = n[0] * weights[0] + n[1] * weights[1] + n[2] * weights[2];
             normal = placed.normal(mixed).normalize_or(geometric_normal);
         }
-        let back_facing = geometric_normal.dot(ray.dir) > 0.0;
+        let back_facing = geometric_normal.dot(ray.direction) > 0.0;
         if back_facing {
             geometric_normal = -geometric_normal;
             normal = -normal;
         }
-        normal = towards_viewer(normal, ray.dir);
+        normal = towards_viewer(normal, ray.direction);
         let placement = Placement { position, geometric_normal, normal, back_facing };
-        Self::placed_at(placement, ray.dir, hit, placed, mesh, cone, depth)
+        Self::placed_at(placement, ray.direction, hit, placed, mesh, cone, depth)
     }
 
     /// As [`Interaction::new`], where the geometry of the point is known.
@@ -84,7 +84,7 @@ impl<'a> Interaction<'a> {
         cone: Cone,
         depth: u32,
     ) -> Self {
-        let indices = mesh.triangles[hit.prim as usize].map(|i| i as usize);
+        let indices = mesh.triangles[hit.primitive as usize].map(|i| i as usize);
         let corners = indices.map(|i| mesh.positions[i]);
         let (weights, [i0, i1, i2]) = (weights(hit.u, hit.v), indices);
         let mix2 = |values: &[Vec2]| values[i0] * weights[0] + values[i1] * weights[1] + values[i2] * weights[2];
@@ -102,7 +102,7 @@ impl<'a> Interaction<'a> {
             distance: hit.t,
             object: hit.object,
             instance: hit.instance,
-            primitive: hit.prim,
+            primitive: hit.primitive,
             back_facing: at.back_facing,
             depth,
         };
@@ -184,7 +184,7 @@ impl<'a> Interaction<'a> {
         let n = self.point.geometric_normal;
         let clearance = self.clearance();
         let side = if direction.dot(n) >= 0.0 { clearance } else { -clearance };
-        Ray { org: self.point.position + n * side, tmin: 0.0, dir: direction, tmax: f32::INFINITY }
+        Ray { origin: self.point.position + n * side, tmin: 0.0, direction, tmax: f32::INFINITY }
     }
 }
 

@@ -56,7 +56,7 @@ pub(super) enum Shape {
         program: Arc<dyn LightShader>,
         block: Block,
         /// World from light and light from world, unless they are the same.
-        place: Option<Box<[Affine3A; 2]>>,
+        place: Option<[Affine3A; 2]>,
     },
 }
 
@@ -95,7 +95,7 @@ impl Light {
 
     pub fn user(program: Arc<dyn LightShader>, block: Block, place: &Affine3A) -> Self {
         let back = place.inverse();
-        let place = (*place != Affine3A::IDENTITY && back.is_finite()).then(|| Box::new([*place, back]));
+        let place = (*place != Affine3A::IDENTITY && back.is_finite()).then_some([*place, back]);
         Self { shape: Shape::User { program, block, place }, color: Vec3::ONE, attenuation: Vec3::X, samples: 1 }
     }
 

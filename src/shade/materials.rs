@@ -42,6 +42,11 @@ impl Materials {
         }
     }
 
+    /// Forgets which surfaces are held.
+    pub fn forget(&mut self) {
+        self.held.iter_mut().for_each(Held::forget);
+    }
+
     /// Sorts what the rays of `mask` have hit, which has been taken in: afterwards `lit` are the samples that can be lit together.
     pub fn sort(&mut self, scene: &ShadeScene, points: &Points, mask: u64) {
         for slot in bits(std::mem::take(&mut self.coloured)) {

@@ -1,5 +1,6 @@
 //! From names to dense indices, once per frame, so that a hit costs an array access and never a hash.
 
+use crate::memory::{OutOfMemory, Room};
 use crate::scene::Name;
 
 /// Maps names to indices. Names come from counters and are dense as a rule: then this is a plain array. An
@@ -15,23 +16,27 @@ pub struct NameTable {
 const NONE: u32 = u32::MAX;
 
 impl NameTable {
-    /// The `i`-th name gets index `i`.
-    pub fn new(names: impl Iterator<Item = Name> + Clone) -> Self {
+    /// Gives the `i`-th name index `i`, in the memory of what was known before.
+    ///
+    /// # Errors
+    /// No memory; the table is empty then.
+    pub fn rebuild(&mut self, names: impl Iterator<Item = Name> + Clone) -> Result<(), OutOfMemory> {
+        self.direct.clear();
+        self.sorted.clear();
         let limit = 4 * names.clone().count() + 1024;
-        let mut table = Self::default();
-        for (index, name) in names.enumerate() {
-            let slot = name as usize;
-            if slot < limit {
-                if table.direct.len() <= slot {
-                    table.direct.resize(slot + 1, NONE);
-                }
-                table.direct[slot] = index as u32;
-            } else {
-                table.sorted.push((name, index as u32));
+        let is_direct = |name: &Name| (*name as usize) < limit;
+        let end = names.clone().filter(is_direct).max().map_or(0, |name| name as usize + 1);
+        self.direct.room(end)?;
+        self.sorted.room(names.clone().filter(|name| !is_direct(name)).count())?;
+        self.direct.resize(end, NONE);
+        for (index, name) in (0..).zip(names) {
+            match self.direct.get_mut(name as usize) {
+                Some(slot) => *slot = index,
+                None => self.sorted.push((name, index)),
             }
         }
-        table.sorted.sort_unstable();
-        table
+        self.sorted.sort_unstable();
+        Ok(())
     }
 
     #[inline]
@@ -54,11 +59,13 @@ mod tests {
     #[test]
     fn small_and_wild_names_are_found() {
         let names = [7, 1, u32::MAX, 1_000_000, 0];
-        let table = NameTable::new(names.iter().copied());
+        let mut table = NameTable::default();
+        table.rebuild([3, 2, 9_000_000].into_iter()).expect("memory");
+        table.rebuild(names.iter().copied()).expect("memory");
         for (index, &name) in names.iter().enumerate() {
             assert_eq!(table.get(name), Some(index as u32));
         }
-        for name in [2, 8, 999_999, u32::MAX - 1] {
+        for name in [2, 3, 8, 999_999, 9_000_000, u32::MAX - 1] {
             assert_eq!(table.get(name), None);
         }
     }

@@ -48,8 +48,11 @@ impl<'a> Worker<'a> {
         let mut layers = 0;
         let mut solid = false;
         loop {
+            if self.is_cancelled() {
+                return sum.extend(1.0);
+            }
             let Some(hit) = next else {
-                let sky = scene.environment.radiance(ray.dir, bounce.cone);
+                let sky = scene.environment.radiance(ray.direction, bounce.cone);
                 sum += weight * sky.xyz();
                 return sum.extend(if solid { 1.0 } else { sky.w });
             };

@@ -71,6 +71,11 @@ impl Points {
         }
     }
 
+    /// Forgets which instances are held.
+    pub fn forget(&mut self) {
+        self.placed.forget();
+    }
+
     /// Takes in what the rays of `mask` have hit. Returns those that hit anything; the others have normal 0.
     pub fn take(&mut self, level: Level, hits: &[Hit; SLOTS], mask: u64) -> u64 {
         run_wide(level, Take { points: self, hits, mask })

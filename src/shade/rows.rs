@@ -66,6 +66,11 @@ impl<const N: usize> Held<N> {
         Self { keys: [u32::MAX; LANES], rows: [[0.0; LANES]; N] }
     }
 
+    /// Holds nothing any more.
+    pub fn forget(&mut self) {
+        self.keys = [u32::MAX; LANES];
+    }
+
     /// [`Held::hold`] of many numbers, that are there already.
     #[inline(always)]
     pub fn hold_wide<'r, I: Isa>(&mut self, isa: Proof<I>, keys: &[u32; LANES], record: impl Fn(u32) -> &'r [f32; N]) {

@@ -7,6 +7,7 @@
 //! The stream is PCG-XSH-RR 64/32 (O'Neill, *PCG*, 2014); point sets are Hammersley points shifted modulo 1
 //! (Cranley and Patterson 1976), which stay stratified for any count.
 
+use crate::memory::{OutOfMemory, Room};
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
@@ -67,19 +68,47 @@ fn fract(p: Vec2) -> Vec2 {
 }
 
 /// Positions of a pixel's samples inside the pixel, in [0, 1)². One sample is the centre; of several, the first is
-/// the one nearest to the centre. `round` numbers the frames that accumulate.
-pub fn pixel_pattern(samples: u32, round: u32) -> Vec<Vec2> {
-    if samples <= 1 && round == 0 {
-        return vec![Vec2::splat(0.5)];
+/// the one nearest to the centre. Kept, as most tiles of a frame have the same.
+#[derive(Default)]
+pub struct PixelPattern {
+    /// Samples, and the number of the frame among those that accumulate.
+    of: (u32, u32),
+    points: Vec<Vec2>,
+}
+
+impl PixelPattern {
+    /// Makes room for so many samples.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn prepare(&mut self, samples: u32) -> Result<(), OutOfMemory> {
+        self.points.room((samples.max(1) as usize).saturating_sub(self.points.len()))
+    }
+
+    /// The pattern of so many samples in a frame that is the `round`-th of those that accumulate.
+    pub fn of(&mut self, samples: u32, round: u32) -> &[Vec2] {
+        let samples = samples.max(1);
+        if self.points.is_empty() || self.of != (samples, round) {
+            self.of = (samples, round);
+            self.points.clear();
+            fill_pattern(samples, round, &mut self.points);
+        }
+        &self.points
+    }
+}
+
+fn fill_pattern(samples: u32, round: u32, points: &mut Vec<Vec2>) {
+    if samples == 1 && round == 0 {
+        points.push(Vec2::splat(0.5));
+        return;
     }
     // Each round is the same set, moved along the R2 sequence (Roberts 2018), so that the union stays even.
     let shift = (Vec2::new(0.754_877_7, 0.569_840_3) * round as f32).fract();
-    let shift = if samples <= 1 { shift } else { fract(shift) };
-    let mut points: Vec<Vec2> = (0..samples.max(1)).map(|i| hammersley(i, samples.max(1), shift)).collect();
+    let shift = if samples == 1 { shift } else { fract(shift) };
+    points.extend((0..samples).map(|i| hammersley(i, samples, shift)));
     let distance = |p: &Vec2| p.distance_squared(Vec2::splat(0.5));
     let nearest = (0..points.len()).min_by(|&a, &b| distance(&points[a]).total_cmp(&distance(&points[b])));
     points.swap(0, nearest.expect("there is at least one sample"));
-    points
 }
 
 /// Uniform point of the unit disc (concentric map of Shirley and Chiu 1997).
@@ -118,9 +147,10 @@ mod tests {
 
     #[test]
     fn one_sample_is_the_centre_and_patterns_are_stratified() {
-        assert_eq!(pixel_pattern(1, 0), [Vec2::splat(0.5)]);
+        let mut pattern = PixelPattern::default();
+        assert_eq!(pattern.of(1, 0), [Vec2::splat(0.5)]);
         for n in [4u32, 9, 16, 64] {
-            let points = pixel_pattern(n, 0);
+            let points = pattern.of(n, 0);
             for axis in 0..2 {
                 let mut cells: Vec<u32> = points.iter().map(|p| (p[axis] * n as f32) as u32).collect();
                 cells.sort_unstable();

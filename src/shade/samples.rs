@@ -99,6 +99,11 @@ impl Samples {
         self.set(slot, Sample { color, seen: None });
     }
 
+    /// Forgets what is held of instances: they move from frame to frame.
+    pub fn forget(&mut self) {
+        self.points.forget();
+    }
+
     fn set_color(&mut self, slot: usize, color: Vec4) {
         for k in 0..4 {
             // Colours are sums of layers: a zero has no sign.
@@ -156,6 +161,13 @@ impl Default for Batch {
     }
 }
 
+impl Batch {
+    /// Forgets what it holds of surfaces: they are numbered anew in each frame.
+    pub fn forget(&mut self) {
+        self.materials.forget();
+    }
+}
+
 /// How the samples of a packet can be shaded together.
 #[derive(Clone, Copy)]
 pub(super) struct Together {
@@ -183,7 +195,7 @@ impl<'a> Worker<'a> {
             return;
         }
         self.counts.primary += u64::from(camera.mask.count_ones());
-        let mut memory = self.memory.take().unwrap_or_default();
+        let mut memory = self.memory.packet.take().unwrap_or_default();
         let hits = self.tracer.masked(Mask::CAMERA).intersect_packet(&camera.rays, camera.mask, &mut memory);
         let first = Bounce { depth: 0, weight: 1.0, cone };
         let rest = match together {
@@ -197,7 +209,7 @@ impl<'a> Worker<'a> {
             let color = self.radiance(camera.rays.ray(slot), hit, first);
             samples.set(slot, self.end(color));
         }
-        self.memory = Some(memory);
+        self.memory.packet = Some(memory);
     }
 
     /// Shades what can be shaded together, and returns which samples that are.
@@ -210,7 +222,7 @@ impl<'a> Worker<'a> {
         samples: &mut Samples,
     ) -> u64 {
         let (scene, level) = (self.scene, self.tracer.world().level());
-        let mut batch = self.batch.take().unwrap_or_default();
+        let mut batch = self.memory.batch.take().unwrap_or_default();
         let Batch { materials, sum, .. } = &mut *batch;
         let hit = samples.points.take(level, hits, camera.mask);
         materials.sort(scene, &samples.points, hit);
@@ -236,7 +248,7 @@ impl<'a> Worker<'a> {
                 self.phong_lit(materials.phong(scene, slot), materials.base(slot), 1.0, vec3(sum, slot), &it, first);
             samples.set_color(slot, self.end((Vec3::ZERO + layer.xyz()).extend(1.0)).color);
         }
-        self.batch = Some(batch);
+        self.memory.batch = Some(batch);
         if together.sky.is_some() { lit | camera.mask & !hit } else { lit }
     }
 
@@ -258,6 +270,9 @@ impl<'a> Worker<'a> {
             }
             let n = light.points(0);
             for i in 0..n {
+                if self.is_cancelled() {
+                    return;
+                }
                 let which = LightPoint { i, n };
                 if together.shadows {
                     let asking = lighting.ask(light, which, shifts, shadows);
@@ -274,7 +289,7 @@ impl<'a> Worker<'a> {
     /// How many samples of the last packet were lit together.
     #[cfg(test)]
     pub(crate) fn lit_together(&self) -> u32 {
-        self.batch.as_ref().map_or(0, |batch| batch.materials.lit.count_ones())
+        self.memory.batch.as_ref().map_or(0, |batch| batch.materials.lit.count_ones())
     }
 
     #[inline]

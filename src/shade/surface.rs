@@ -40,7 +40,7 @@ pub enum Surface {
         color: Vec3,
         texture: TextureId,
     },
-    MetallicRoughness(Box<MetallicRoughness>),
+    MetallicRoughness(MetallicRoughness),
     Normals,
     Wireframe {
         color: Vec3,
@@ -151,7 +151,7 @@ impl Surface {
                 let exponent = (roughness > 1e-3).then(|| 2.0 / (roughness * roughness) - 2.0);
                 Surface::Metal { color: color(), exponent, texture: texture() }
             }
-            "metallic_roughness" => Surface::MetallicRoughness(Box::new(MetallicRoughness::new(values, textures))),
+            "metallic_roughness" => Surface::MetallicRoughness(MetallicRoughness::new(values, textures)),
             "eyelight" => Surface::EyeLight { color: color(), texture: texture() },
             "normals" => Surface::Normals,
             "wireframe" => Surface::Wireframe {

@@ -4,6 +4,7 @@
 //! texture space ([`crate::shade::footprint`]): level = ½ log₂(area in texels of the base level), so a footprint of
 //! one texel asks for level 0.
 
+use crate::memory::{OutOfMemory, collected, push, vec_of};
 use crate::scene::{Filter, Texture, TextureFormat, TextureLevel, Wrap};
 use glam::{Affine2, Vec2, Vec4};
 use std::sync::{Arc, LazyLock};
@@ -13,17 +14,20 @@ use std::sync::{Arc, LazyLock};
 pub struct CompiledTexture {
     source: Arc<Texture>,
     /// The levels that the source does not have.
-    rest: Arc<[TextureLevel]>,
+    rest: Arc<Vec<TextureLevel>>,
 }
 
 impl CompiledTexture {
     /// None for a texture without an image (or with a broken one): such look-ups are white.
-    pub fn new(source: &Arc<Texture>) -> Option<Self> {
+    ///
+    /// # Errors
+    /// No memory for the levels.
+    pub fn new(source: &Arc<Texture>) -> Result<Option<Self>, OutOfMemory> {
         let whole = |l: &TextureLevel| {
             l.width > 0 && l.height > 0 && l.texels.len() as u64 == u64::from(l.width) * u64::from(l.height)
         };
         if source.levels.is_empty() || !source.levels.iter().all(whole) {
-            return None;
+            return Ok(None);
         }
         let mut rest: Vec<TextureLevel> = Vec::new();
         if source.filter == Filter::LinearMipmapLinear {
@@ -32,10 +36,11 @@ impl CompiledTexture {
                 if last.width == 1 && last.height == 1 {
                     break;
                 }
-                rest.push(half(last, source.format));
+                let next = half(last, source.format)?;
+                push(&mut rest, next)?;
             }
         }
-        Some(Self { source: source.clone(), rest: rest.into() })
+        Ok(Some(Self { source: source.clone(), rest: Arc::new(rest) }))
     }
 
     /// Whether this was compiled from that very image.
@@ -178,11 +183,11 @@ fn neighbours(u: f32, size: u32, wrap: Wrap) -> (u32, u32, f32) {
 
 /// The next mip level: half the size, rounded down but at least 1; each texel the area-weighted mean of what it
 /// covers (for odd sizes up to three texels a side), in linear light.
-fn half(level: &TextureLevel, format: TextureFormat) -> TextureLevel {
+fn half(level: &TextureLevel, format: TextureFormat) -> Result<TextureLevel, OutOfMemory> {
     let width = (level.width / 2).max(1);
     let height = (level.height / 2).max(1);
-    let columns: Vec<_> = (0..width).map(|x| coverage(x, width, level.width)).collect();
-    let mut texels = Vec::with_capacity(width as usize * height as usize);
+    let columns = collected((0..width).map(|x| coverage(x, width, level.width)))?;
+    let mut texels = vec_of(width as usize * height as usize)?;
     for y in 0..height {
         let rows = coverage(y, height, level.height);
         for column in &columns {
@@ -198,7 +203,7 @@ fn half(level: &TextureLevel, format: TextureFormat) -> TextureLevel {
             texels.push(encode(sum / weight, format));
         }
     }
-    TextureLevel { width, height, texels }
+    Ok(TextureLevel { width, height, texels })
 }
 
 /// Which source texels destination texel `i` covers, and how much of each.
@@ -225,7 +230,7 @@ mod tests {
             filter,
             ..Texture::default()
         };
-        CompiledTexture::new(&Arc::new(source)).unwrap()
+        CompiledTexture::new(&Arc::new(source)).expect("memory").expect("an image")
     }
 
     fn red(t: &CompiledTexture, u: f32, v: f32) -> f32 {
@@ -294,7 +299,7 @@ mod tests {
             transform: Affine2::from_scale_angle_translation(Vec2::splat(2.0), 0.0, Vec2::new(0.25, 0.0)),
             ..Texture::default()
         };
-        let t = CompiledTexture::new(&Arc::new(source)).unwrap();
+        let t = CompiledTexture::new(&Arc::new(source)).expect("memory").expect("an image");
         assert_eq!((red(&t, 0.0, 0.0), red(&t, 0.25, 0.0), red(&t, 0.5, 0.0)), (0.0, 100.0, 0.0));
         // A footprint of half the surface's square is twice the image.
         assert!((t.lookup(Vec2::ZERO, 0.5).x * 255.0 - 50.0).abs() < 1e-3);
@@ -309,7 +314,7 @@ mod tests {
             format: TextureFormat::Srgb,
             ..Texture::default()
         };
-        let t = CompiledTexture::new(&Arc::new(source)).unwrap();
+        let t = CompiledTexture::new(&Arc::new(source)).expect("memory").expect("an image");
         assert_eq!(t.lookup(Vec2::new(0.5, 0.5), 0.0), Vec4::splat(0.5));
     }
 
@@ -351,7 +356,11 @@ mod tests {
     #[test]
     fn a_broken_image_is_refused() {
         let level = TextureLevel { width: 2, height: 2, texels: vec![[0; 4]; 3] };
-        assert!(CompiledTexture::new(&Arc::new(Texture { levels: vec![level], ..Texture::default() })).is_none());
-        assert!(CompiledTexture::new(&Arc::new(Texture::default())).is_none());
+        assert!(
+            CompiledTexture::new(&Arc::new(Texture { levels: vec![level], ..Texture::default() }))
+                .expect("memory")
+                .is_none()
+        );
+        assert!(CompiledTexture::new(&Arc::new(Texture::default())).expect("memory").is_none());
     }
 }

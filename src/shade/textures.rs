@@ -1,12 +1,12 @@
 //! The textures of a frame, by dense index, and the cache of their mip-map chains between frames.
 
+use crate::memory::{OutOfMemory, Room};
 use crate::scene::{Name, Scene};
 use crate::shade::names::NameTable;
 use crate::shade::surface::TextureId;
 use crate::shade::texture::CompiledTexture;
 use glam::{Vec2, Vec4};
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 
 /// Compiled textures of the frames before, so that a mip-map chain is built once per image.
 #[derive(Default)]
@@ -16,15 +16,20 @@ pub struct TextureCache {
 
 impl TextureCache {
     /// Compiles what is new in the scene and forgets what is gone.
-    pub fn update(&mut self, scene: &Scene) {
+    ///
+    /// # Errors
+    /// No memory; the next update tries again.
+    pub fn update(&mut self, scene: &Scene) -> Result<(), OutOfMemory> {
         self.compiled.retain(|name, compiled| scene.textures.get(name).is_some_and(|t| compiled.is_from(t)));
         for (&name, source) in &scene.textures {
-            if let Entry::Vacant(place) = self.compiled.entry(name)
-                && let Some(compiled) = CompiledTexture::new(source)
+            if !self.compiled.contains_key(&name)
+                && let Some(compiled) = CompiledTexture::new(source)?
             {
-                place.insert(compiled);
+                self.compiled.room(1)?;
+                self.compiled.insert(name, compiled);
             }
         }
+        Ok(())
     }
 }
 
@@ -36,10 +41,20 @@ pub struct Textures {
 }
 
 impl Textures {
-    /// What [`TextureCache::update`] has compiled.
-    pub fn new(cache: &TextureCache) -> Self {
-        let compiled = cache.compiled.values().cloned().collect();
-        Self { compiled, index: NameTable::new(cache.compiled.keys().copied()) }
+    /// Makes them what [`TextureCache::update`] has compiled.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn take(&mut self, cache: &TextureCache) -> Result<(), OutOfMemory> {
+        self.compiled.clear();
+        self.compiled.room(cache.compiled.len())?;
+        self.compiled.extend(cache.compiled.values().cloned());
+        self.index.rebuild(cache.compiled.keys().copied())
+    }
+
+    /// Lets go of the textures, but not of the memory.
+    pub fn clear(&mut self) {
+        self.compiled.clear();
     }
 
     /// The index of texture `name`; None if there is no such texture or it has no image.

@@ -27,7 +27,7 @@ impl<'a> Worker<'a> {
         let mut next = first;
         for _ in 0..MAX_LAYERS {
             let Some(hit) = next else {
-                let sky = scene.environment.radiance(ray.dir, bounce.cone);
+                let sky = scene.environment.radiance(ray.direction, bounce.cone);
                 return (sum + sky.xyz() * rest).extend(1.0 - rest * (1.0 - sky.w));
             };
             let it = scene.interaction(&ray, &hit, bounce.cone, bounce.depth);
@@ -226,11 +226,11 @@ impl<'a> Worker<'a> {
         if mesh.params.is_empty() {
             return user.program.shade(user.block.bytes(), &mut Context { worker: self, it, bounce });
         }
-        let mut memory = self.scratch.pop().unwrap_or_default();
+        let mut memory = self.memory.patches.pop().unwrap_or_default();
         let weights = [1.0 - point.barycentric.x - point.barycentric.y, point.barycentric.x, point.barycentric.y];
         let block = user.block.patched(&mut memory, user.shader, &user.class, mesh, point.primitive, weights);
         let color = user.program.shade(block, &mut Context { worker: self, it, bounce });
-        self.scratch.push(memory);
+        self.memory.patches.push(memory);
         color
     }
 }

@@ -1,6 +1,7 @@
 //! A worker carries the camera samples of tiles, one tile after the other. It owns all that changes while rays fly, so that
 //! tiles share nothing but read-only data.
 
+use crate::memory::{OutOfMemory, Room, boxed};
 use crate::scene::Mask;
 use crate::shade::footprint::Cone;
 use crate::shade::integrator::Integrator;
@@ -10,6 +11,7 @@ use crate::shade::samples::{Batch, Together};
 use crate::shade::shade_scene::ShadeScene;
 use crate::trace::{Hit, PacketMemory, Ray, Tracer};
 use glam::{Vec3, Vec4};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Rays by purpose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,12 +58,47 @@ pub struct Worker<'a> {
     pub(crate) seen: Option<Seen>,
     /// Bounces that the current sample may still send.
     pub(super) budget: u32,
-    /// What [`Worker::samples`] works in, kept from packet to packet.
-    pub(super) memory: Option<PacketMemory>,
-    pub(super) batch: Option<Box<Batch>>,
+    pub(super) memory: WorkerMemory,
     pub(super) together: Option<Together>,
-    /// Memory for parameter blocks of the user's shaders; one is taken per level of recursion and given back.
-    pub(crate) scratch: Vec<Vec<u8>>,
+    /// When it is raised, samples end soon and mean nothing.
+    cancel: &'a AtomicBool,
+}
+
+/// For workers that nobody cancels.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+/// What [`Worker::samples`] works in: kept from packet to packet, tile to tile and frame to frame. What is not there is made when it is needed.
+#[derive(Default)]
+pub struct WorkerMemory {
+    pub(super) packet: Option<PacketMemory>,
+    pub(super) batch: Option<Box<Batch>>,
+    /// For parameter blocks of the user's shaders; one is taken per level of recursion and given back.
+    pub(super) patches: Vec<Vec<u8>>,
+}
+
+impl WorkerMemory {
+    /// Makes everything that a frame can need (see [`ShadeScene::patches`]), and forgets the frame before.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn prepare(&mut self, (levels, bytes): (usize, usize)) -> Result<(), OutOfMemory> {
+        if self.packet.is_none() {
+            self.packet = Some(PacketMemory::try_new()?);
+        }
+        match &mut self.batch {
+            Some(batch) => batch.forget(),
+            none => *none = Some(boxed(Batch::default())?),
+        }
+        if bytes > 0 {
+            self.patches.room(levels.saturating_sub(self.patches.len()))?;
+            self.patches.resize_with(levels.max(self.patches.len()), Vec::new);
+            for patch in &mut self.patches {
+                patch.clear();
+                patch.room(bytes)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Bounces of one camera sample. A tree of mirrors and glass doubles at every level; this keeps one pixel from taking
@@ -75,32 +112,42 @@ pub const MAX_LAYERS: u32 = 256;
 pub(super) const SHADOW_END: f32 = 1.0 - 1e-4;
 
 impl<'a> Worker<'a> {
-    pub fn new(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>) -> Self {
-        Self::with_integrator(scene, tracer, scene.integrator)
+    pub fn new(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>, memory: WorkerMemory) -> Self {
+        Self::with_integrator(scene, tracer, memory, scene.integrator)
     }
 
     /// Whatever the rendering object of the scene is, a worker that sends no rays but those of the camera.
-    pub fn primary_only(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>) -> Self {
-        Self::with_integrator(scene, tracer, Integrator::RAYCAST)
+    pub fn primary_only(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>, memory: WorkerMemory) -> Self {
+        Self::with_integrator(scene, tracer, memory, Integrator::RAYCAST)
     }
 
-    fn with_integrator(scene: &'a ShadeScene<'a>, tracer: Tracer<'a>, integrator: Integrator) -> Self {
-        let rng = Rng::new(0, 0, 0);
-        let mut worker = Self {
-            scene,
-            tracer,
-            integrator,
-            counts: RayCounts::default(),
-            rng,
-            seen: None,
-            budget: 0,
-            memory: None,
-            batch: None,
-            together: None,
-            scratch: Vec::new(),
-        };
+    fn with_integrator(
+        scene: &'a ShadeScene<'a>,
+        tracer: Tracer<'a>,
+        memory: WorkerMemory,
+        integrator: Integrator,
+    ) -> Self {
+        let (counts, rng) = (RayCounts::default(), Rng::new(0, 0, 0));
+        let (seen, budget, together, cancel) = (None, 0, None, &NEVER);
+        let mut worker = Self { scene, tracer, integrator, counts, rng, seen, budget, memory, together, cancel };
         worker.together = worker.find_together();
         worker
+    }
+
+    /// A worker that ends its samples when `cancel` is raised. It looks before each ray after the camera's, as one sample may send billions.
+    pub fn until(self, cancel: &'a AtomicBool) -> Self {
+        Self { cancel, ..self }
+    }
+
+    /// Whether samples are given up.
+    #[inline]
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    /// What the next worker works in.
+    pub fn into_memory(self) -> WorkerMemory {
+        self.memory
     }
 
     /// Radiance along `ray`, whose closest hit is known: RGB multiplied by coverage, and coverage.
@@ -118,6 +165,9 @@ impl<'a> Worker<'a> {
         let weight = from.weight * weight;
         // Written so that NaN ends here too.
         if !(weight >= MIN_WEIGHT) || from.depth >= self.integrator.max_depth() || self.budget == 0 {
+            return Vec3::ZERO;
+        }
+        if self.is_cancelled() {
             return Vec3::ZERO;
         }
         self.budget -= 1;
@@ -148,7 +198,7 @@ impl<'a> Worker<'a> {
         for _ in 0..MAX_LAYERS {
             let Some(hit) = tracer.intersect(&ray) else { return share };
             let surface = self.scene.surface(&hit);
-            if !surface.is_see_through() {
+            if !surface.is_see_through() || self.is_cancelled() {
                 return Vec3::ZERO;
             }
             let layer = self.scene.interaction(&ray, &hit, it.cone, it.point.depth + 1);

@@ -13,7 +13,9 @@
 //! which is after the claimer's own has ended. The release of the stamp and its acquisition order the writes before the reads. Parts do not overlap
 //! (checked on construction). A claimer that panics leaves its part "being written" until the next period.
 
+use crate::memory::{OutOfMemory, collected};
 use std::cell::UnsafeCell;
+use std::mem::ManuallyDrop;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -22,8 +24,8 @@ pub type Place = (Range<usize>, Range<usize>);
 
 /// See the module head.
 pub struct OnTouch<A, B> {
-    first: Box<[UnsafeCell<A>]>,
-    second: Box<[UnsafeCell<B>]>,
+    first: Vec<UnsafeCell<A>>,
+    second: Vec<UnsafeCell<B>>,
     stamps: Vec<Stamp>,
     places: Vec<Place>,
     period: u64,
@@ -43,9 +45,12 @@ unsafe impl<A: Send + Sync, B: Send + Sync> Sync for OnTouch<A, B> {}
 impl<A, B> OnTouch<A, B> {
     /// Takes two arrays and the parts they are cut into, all of which are outdated.
     ///
+    /// # Errors
+    /// No memory to note them.
+    ///
     /// # Panics
     /// When the parts are not ascending, overlap, or reach beyond the arrays.
-    pub fn new(first: Vec<A>, second: Vec<B>, places: impl IntoIterator<Item = Place>) -> Self {
+    pub fn new(first: Vec<A>, second: Vec<B>, places: impl IntoIterator<Item = Place>) -> Result<Self, OutOfMemory> {
         let mut end = (0, 0);
         let places = places.into_iter().map(|(a, b)| {
             assert!(end.0 <= a.start && a.start <= a.end && a.end <= first.len(), "parts of the first array overlap");
@@ -53,9 +58,10 @@ impl<A, B> OnTouch<A, B> {
             end = (a.end, b.end);
             (a, b)
         });
-        let places: Vec<Place> = places.collect();
-        let stamps = places.iter().map(|(a, _)| Stamp { period: AtomicU64::new(0), start: a.start }).collect();
-        Self { first: cells(first), second: cells(second), stamps, places, period: 1 }
+        let places: Vec<Place> = collected(places)?;
+        let stamp = |(a, _): &Place| Stamp { period: AtomicU64::new(0), start: a.start };
+        let stamps = collected(places.iter().map(stamp))?;
+        Ok(Self { first: cells(first), second: cells(second), stamps, places, period: 1 })
     }
 
     /// The number of parts.
@@ -172,8 +178,8 @@ impl<A, B> OnTouch<A, B> {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&*self.first)
-            + size_of_val(&*self.second)
+        self.first.capacity() * size_of::<A>()
+            + self.second.capacity() * size_of::<B>()
             + self.stamps.capacity() * size_of::<Stamp>()
             + self.places.capacity() * size_of::<Place>()
     }
@@ -225,17 +231,19 @@ impl<A, B> std::fmt::Debug for OnTouch<A, B> {
     }
 }
 
-/// The same memory, if it is full.
-fn cells<T>(values: Vec<T>) -> Box<[UnsafeCell<T>]> {
-    let values = Box::into_raw(values.into_boxed_slice());
+/// The same memory.
+fn cells<T>(values: Vec<T>) -> Vec<UnsafeCell<T>> {
+    let mut values = ManuallyDrop::new(values);
+    let (length, capacity) = (values.len(), values.capacity());
     // SAFETY: `UnsafeCell<T>` is `repr(transparent)`, so the allocation has the right layout; it was ours.
-    unsafe { Box::from_raw(values as *mut [UnsafeCell<T>]) }
+    unsafe { Vec::from_raw_parts(values.as_mut_ptr().cast(), length, capacity) }
 }
 
-fn values<T>(cells: Box<[UnsafeCell<T>]>) -> Vec<T> {
-    let cells = Box::into_raw(cells);
+fn values<T>(cells: Vec<UnsafeCell<T>>) -> Vec<T> {
+    let mut cells = ManuallyDrop::new(cells);
+    let (length, capacity) = (cells.len(), cells.capacity());
     // SAFETY: as in `cells`.
-    unsafe { Box::from_raw(cells as *mut [T]) }.into_vec()
+    unsafe { Vec::from_raw_parts(cells.as_mut_ptr().cast(), length, capacity) }
 }
 
 #[cfg(test)]
@@ -248,7 +256,7 @@ mod tests {
         const PARTS: usize = 12;
         let (threads, periods) = if cfg!(miri) { (3, 4) } else { (8, 300) };
         let places = (0..PARTS).map(|i| (10 * i..10 * i + 10, 3 * i..3 * i + 2));
-        let mut cells = OnTouch::new(vec![0u64; 10 * PARTS], vec![0u32; 3 * PARTS], places);
+        let mut cells = OnTouch::new(vec![0u64; 10 * PARTS], vec![0u32; 3 * PARTS], places).expect("memory");
         for period in 1..=periods {
             let updates = [const { AtomicUsize::new(0) }; PARTS];
             let busy = AtomicUsize::new(0);
@@ -286,7 +294,7 @@ mod tests {
 
     #[test]
     fn who_asks_for_a_part_that_is_being_written_is_told_so() {
-        let cells = OnTouch::new(vec![1u8; 4], vec![(); 4], [(0..2, 0..2), (2..4, 2..4)]);
+        let cells = OnTouch::new(vec![1u8; 4], vec![(); 4], [(0..2, 0..2), (2..4, 2..4)]).expect("memory");
         let seen = cells.touch(0, |a, _| {
             assert!(cells.touch(0, |_, _| unreachable!("claimed already")).is_none());
             assert!(cells.current(0).is_none());
@@ -299,7 +307,7 @@ mod tests {
 
     #[test]
     fn a_panic_while_writing_leaves_the_part_outdated_until_the_next_period() {
-        let mut cells = OnTouch::new(vec![0u8; 1], vec![0u8; 1], [(0..1, 0..1)]);
+        let mut cells = OnTouch::new(vec![0u8; 1], vec![0u8; 1], [(0..1, 0..1)]).expect("memory");
         let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
             cells.touch(0, |_, _| panic!("on purpose"));
         }));
@@ -312,7 +320,7 @@ mod tests {
 
     #[test]
     fn one_part_alone_can_be_outdated() {
-        let mut cells = OnTouch::new(vec![0u8; 2], vec![(); 2], [(0..1, 0..1), (1..2, 1..2)]);
+        let mut cells = OnTouch::new(vec![0u8; 2], vec![(); 2], [(0..1, 0..1), (1..2, 1..2)]).expect("memory");
         assert!(cells.touch(0, |a, _| a[0] = 1).is_some() && cells.touch(1, |a, _| a[0] = 2).is_some());
         cells.outdate(0);
         assert!(cells.current(0).is_none());
@@ -323,6 +331,6 @@ mod tests {
     #[test]
     #[should_panic(expected = "parts of the second array overlap")]
     fn parts_that_overlap_are_refused() {
-        OnTouch::new(vec![0; 4], vec![0; 4], [(0..2, 0..3), (2..4, 2..4)]);
+        let _ = OnTouch::new(vec![0; 4], vec![0; 4], [(0..2, 0..3), (2..4, 2..4)]);
     }
 }

@@ -19,7 +19,7 @@ pub struct ClosestPoint {
     pub u: f32,
     pub v: f32,
     /// Triangle number within the object.
-    pub prim: u32,
+    pub primitive: u32,
     pub object: Name,
     /// Number of the instance within the frame; 0 for a question about one object.
     pub instance: u32,
@@ -50,7 +50,15 @@ impl Search {
         let (position, [u, v], object) = self.best?;
         let (instance, prim) = ((self.order >> 32) as u32, self.order as u32);
         let distance = self.square.sqrt() as f32;
-        Some(ClosestPoint { position: position.as_vec3(), distance, u: u as f32, v: v as f32, prim, object, instance })
+        Some(ClosestPoint {
+            position: position.as_vec3(),
+            distance,
+            u: u as f32,
+            v: v as f32,
+            primitive: prim,
+            object,
+            instance,
+        })
     }
 
     /// The triangles of one object under a matrix.

@@ -13,7 +13,7 @@ pub struct Hit {
     /// Barycentric weight of the triangle's third corner.
     pub v: f32,
     /// Triangle number within the object.
-    pub prim: u32,
+    pub primitive: u32,
     /// Object name.
     pub object: u32,
     /// Number of the instance within the frame, in the order of `rtInstantiateObject`.
@@ -29,7 +29,7 @@ impl Hit {
         unsafe { &*std::ptr::from_ref(hits).cast::<[[f32; 6]; N]>() }
     }
 
-    /// [`Hit::prim`] of no hit.
+    /// [`Hit::primitive`] of no hit.
     pub const NOTHING: u32 = u32::MAX;
     /// [`Hit::instance`] of no hit.
     pub const NO_INSTANCE: u32 = u32::MAX;
@@ -37,11 +37,11 @@ impl Hit {
     /// No hit up to and including `tmax`: every hit with `t <= tmax` comes before it.
     #[inline]
     pub fn none(tmax: f32) -> Self {
-        Hit { t: tmax, u: 0.0, v: 0.0, prim: Self::NOTHING, object: 0, instance: Self::NO_INSTANCE }
+        Hit { t: tmax, u: 0.0, v: 0.0, primitive: Self::NOTHING, object: 0, instance: Self::NO_INSTANCE }
     }
 
     /// No hit, as answers to queries tell it: `t` is -1, and the numbers are 0.
-    pub const MISS: Hit = Hit { t: -1.0, u: 0.0, v: 0.0, prim: 0, object: 0, instance: 0 };
+    pub const MISS: Hit = Hit { t: -1.0, u: 0.0, v: 0.0, primitive: 0, object: 0, instance: 0 };
 
     /// Whether this is an answer of no hit: distances of hits are at least 0.
     #[inline]
@@ -64,21 +64,21 @@ impl Hit {
     /// Whether this is still what [`Hit::none`] gave.
     #[inline]
     pub fn is_none(&self) -> bool {
-        self.prim == Self::NOTHING
+        self.primitive == Self::NOTHING
     }
 
     /// The rule that makes the closest hit unique: smaller `t`, then lower instance, then lower primitive.
     /// (An instance has one object, so the object needs no comparison of its own.)
     #[inline]
     pub fn is_before(&self, other: &Hit) -> bool {
-        self.t < other.t || (self.t == other.t && (self.instance, self.prim) < (other.instance, other.prim))
+        self.t < other.t || (self.t == other.t && (self.instance, self.primitive) < (other.instance, other.primitive))
     }
 
     /// A hit in the tree of merged static instances, with the numbers of the triangle that was hit.
     #[inline]
     pub(super) fn located(self, merged: &Merged) -> Hit {
-        let (instance, object, prim) = merged.locate(self.prim);
-        Hit { prim, object, instance, ..self }
+        let (instance, object, prim) = merged.locate(self.primitive);
+        Hit { primitive: prim, object, instance, ..self }
     }
 
     /// Puts this hit in the place of `best` if it comes before. Returns whether it does.

@@ -112,7 +112,7 @@ pub(super) unsafe fn trace_many<I: Shells, const ANY: bool>(
 #[inline(always)]
 fn seem_alike(rays: &[Ray]) -> bool {
     let [first, .., last] = rays else { return false };
-    let signs = |ray: &Ray| [ray.dir.x, ray.dir.y, ray.dir.z].map(f32::is_sign_negative);
+    let signs = |ray: &Ray| [ray.direction.x, ray.direction.y, ray.direction.z].map(f32::is_sign_negative);
     let of_first = signs(first);
     of_first == signs(last) && of_first == signs(&rays[rays.len() / 2])
 }
@@ -123,7 +123,7 @@ fn seem_alike(rays: &[Ray]) -> bool {
 /// - The processor has the instruction set `I`.
 #[inline(always)]
 unsafe fn octant_of<I: Isa>(ray: &Ray) -> u8 {
-    let Ray { dir, tmax, .. } = *ray;
+    let Ray { direction: dir, tmax, .. } = *ray;
     // SAFETY: the caller's promise.
     unsafe { (I::F4::load(&[dir.x, dir.y, dir.z, tmax]).lt(I::F4::splat(0.0)) & 7) as u8 }
 }
@@ -145,15 +145,15 @@ mod tests {
                 let at = [tile % 9 * 8 + pixel % 8, tile / 9 * 8 + pixel / 8].map(|x| x as f32 / 36.0 - 1.0);
                 let mut ray = Ray::new(eye, Vec3::new(at[0], at[1], 0.0) - eye);
                 match random.below(if strangers { 200 } else { 1 << 20 }) {
-                    0 => ray.dir *= 1e-39,
-                    1 => ray.dir *= 1e36,
-                    2 => ray.dir.x = f32::NAN,
-                    3 => ray.dir[random.below(3)] = -0.0,
-                    4 => ray.org += random.vec() * 0.1,
+                    0 => ray.direction *= 1e-39,
+                    1 => ray.direction *= 1e36,
+                    2 => ray.direction.x = f32::NAN,
+                    3 => ray.direction[random.below(3)] = -0.0,
+                    4 => ray.origin += random.vec() * 0.1,
                     5 => ray.tmin = 1.0,
                     6 => ray.tmax = 0.9,
                     7 => ray.tmax = -1.0,
-                    8 => ray.dir = -ray.dir,
+                    8 => ray.direction = -ray.direction,
                     _ => {}
                 }
                 ray

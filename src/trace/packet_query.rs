@@ -9,6 +9,7 @@ use super::packet_scene::{Scratch, traverse};
 use super::shells::Shells;
 use super::tracer::WORTH_A_PACKET;
 use super::{Hit, Kernels, Ray, Scope, Tracer};
+use crate::memory::{OutOfMemory, boxed};
 use crate::simd::bits;
 use glam::Vec3;
 
@@ -39,7 +40,7 @@ impl RayPacket {
     pub fn ray(&self, r: usize) -> Ray {
         let (g, l) = (r / LANES, r % LANES);
         let vec = |rows: &[Rows; 3]| Vec3::new(rows[0][g][l], rows[1][g][l], rows[2][g][l]);
-        Ray { org: vec(&self.org), tmin: 0.0, dir: vec(&self.dir), tmax: self.tmax[g][l] }
+        Ray { origin: vec(&self.org), tmin: 0.0, direction: vec(&self.dir), tmax: self.tmax[g][l] }
     }
 
     /// Puts a ray, whose `tmin` counts as 0, in the place of ray `r`.
@@ -47,8 +48,8 @@ impl RayPacket {
     pub fn set(&mut self, r: usize, ray: &Ray) {
         let (g, l) = (r / LANES, r % LANES);
         for k in 0..3 {
-            self.org[k][g][l] = ray.org[k];
-            self.dir[k][g][l] = ray.dir[k];
+            self.org[k][g][l] = ray.origin[k];
+            self.dir[k][g][l] = ray.direction[k];
         }
         self.tmax[g][l] = ray.tmax;
     }
@@ -67,6 +68,12 @@ impl PacketMemory {
     /// About 12 KB.
     pub fn new() -> Self {
         Self(Box::new(Scratch::new()))
+    }
+
+    /// # Errors
+    /// The memory is not there.
+    pub fn try_new() -> Result<Self, OutOfMemory> {
+        Ok(Self(boxed(Scratch::new())?))
     }
 }
 

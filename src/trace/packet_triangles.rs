@@ -222,8 +222,14 @@ unsafe fn dense_block<I: Isa, const ANY: bool, const ONE_ORIGIN: bool>(
                 v.mul(inv_det).store(&mut out[1]);
                 w.mul(inv_det).store(&mut out[2]);
                 for l in bits(u64::from(hits)).map(|l| l % LANES) {
-                    let hit =
-                        Hit { t: out[0][l], u: out[1][l], v: out[2][l], prim: block.prims[lane], object, instance };
+                    let hit = Hit {
+                        t: out[0][l],
+                        u: out[1][l],
+                        v: out[2][l],
+                        primitive: block.prims[lane],
+                        object,
+                        instance,
+                    };
                     let best = &mut found.hits[LANES * g + l];
                     if hit.replaces(best) {
                         found.t[g][l] = hit.t;
@@ -260,7 +266,7 @@ fn inexact<const ANY: bool>(
             any = true;
             continue;
         }
-        let hit = Hit { t: h.t, u: h.u, v: h.v, prim: block.prims[lane], object, instance };
+        let hit = Hit { t: h.t, u: h.u, v: h.v, primitive: block.prims[lane], object, instance };
         if hit.replaces(&mut found.hits[r]) {
             found.t[g][l] = hit.t;
             any = true;

@@ -13,16 +13,16 @@ use glam::{Vec3, Vec3A};
 /// (Ize 2013); the shear of the triangle test adds up to 5 on either side. 16 covers both.
 pub const SLAB_PAD: f32 = 1.0 + 16.0 * (f32::EPSILON * 0.5);
 
-/// A query: points `org + t * dir` with `tmin <= t <= tmax`.
+/// A query: points `origin + t * direction` with `tmin <= t <= tmax`.
 /// In memory: eight numbers in this order, so that eight rays can be transposed into lanes.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Ray {
-    pub org: Vec3,
+    pub origin: Vec3,
     /// Smallest accepted `t`; negative values count as 0.
     pub tmin: f32,
     /// Any length but 0.
-    pub dir: Vec3,
+    pub direction: Vec3,
     /// Largest accepted `t`, may be infinite.
     pub tmax: f32,
 }
@@ -31,13 +31,13 @@ impl Ray {
     /// Its eight numbers.
     #[inline(always)]
     pub(super) fn numbers(&self) -> [f32; 8] {
-        let Self { org, tmin, dir, tmax } = *self;
-        [org.x, org.y, org.z, tmin, dir.x, dir.y, dir.z, tmax]
+        let Self { origin: o, tmin, direction: d, tmax } = *self;
+        [o.x, o.y, o.z, tmin, d.x, d.y, d.z, tmax]
     }
 
-    /// The ray from `org` towards `dir` without end.
-    pub fn new(org: Vec3, dir: Vec3) -> Self {
-        Self { org, tmin: 0.0, dir, tmax: f32::INFINITY }
+    /// The ray from `origin` towards `direction` without end.
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, tmin: 0.0, direction, tmax: f32::INFINITY }
     }
 }
 
@@ -71,7 +71,7 @@ impl PreparedRay {
     #[inline(always)]
     pub(super) fn entering(ray: &Ray, aabb: &Aabb, limit: f32) -> Option<Self> {
         let inv_dir = reciprocal(ray);
-        let (org, lo, hi) = (Vec3A::from(ray.org), Vec3A::from(aabb.lo), Vec3A::from(aabb.hi));
+        let (org, lo, hi) = (Vec3A::from(ray.origin), Vec3A::from(aabb.lo), Vec3A::from(aabb.hi));
         let down = inv_dir.cmplt(Vec3A::ZERO);
         let enter = ((Vec3A::select(down, hi, lo) - org) * inv_dir).max_element();
         let exit = ((Vec3A::select(down, lo, hi) - org) * inv_dir).min_element();
@@ -86,8 +86,8 @@ impl PreparedRay {
     #[inline(always)]
     fn with_reciprocal(ray: &Ray, inv_dir: Vec3A) -> Option<Self> {
         let tmin = if ray.tmin > 0.0 { ray.tmin } else { 0.0 };
-        let biggest = ray.dir.abs();
-        let Vec3 { x, y, z } = ray.dir;
+        let biggest = ray.direction.abs();
+        let Vec3 { x, y, z } = ray.direction;
         let (axis, [first, second, depth]) = if biggest.x >= biggest.y && biggest.x >= biggest.z {
             ([1, 2, 0], [y, z, x])
         } else if biggest.y >= biggest.z {
@@ -98,14 +98,14 @@ impl PreparedRay {
         // Written so that NaN fails.
         let usable = depth.abs() >= MIN_DIRECTION
             && (biggest.x + biggest.y) + biggest.z <= f32::MAX
-            && ray.org.abs().cmple(Vec3::splat(MAX_COORDINATE)).all()
+            && ray.origin.abs().cmple(Vec3::splat(MAX_COORDINATE)).all()
             && tmin <= ray.tmax;
         if !usable {
             return None;
         }
         let shear = Vec3A::new(first, second, 1.0) / Vec3A::splat(depth);
         let (inv_dir, shear) = (inv_dir.into(), shear.into());
-        Some(Self { org: ray.org, dir: ray.dir, inv_dir, tmin, tmax: ray.tmax, axis, shear, from: 0 })
+        Some(Self { org: ray.origin, dir: ray.direction, inv_dir, tmin, tmax: ray.tmax, axis, shear, from: 0 })
     }
 
     /// The ray in the merged tree, whose triangles have numbers of their own.
@@ -142,7 +142,7 @@ impl PreparedRay {
 /// `1 / dir`, kept finite.
 #[inline(always)]
 fn reciprocal(ray: &Ray) -> Vec3A {
-    (Vec3A::ONE / Vec3A::from(ray.dir)).clamp(Vec3A::splat(-f32::MAX), Vec3A::splat(f32::MAX))
+    (Vec3A::ONE / Vec3A::from(ray.direction)).clamp(Vec3A::splat(-f32::MAX), Vec3A::splat(f32::MAX))
 }
 
 /// Directions whose largest component is smaller count as 0: their reciprocal would overflow.

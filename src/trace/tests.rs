@@ -20,7 +20,7 @@ fn brute_force(mesh: &Mesh, ray: &PreparedRay) -> Hit {
     let mut best = Hit::none(ray.tmax);
     for prim in 0..mesh.triangles.len() as u32 {
         if let Some(h) = triangle::intersect(ray, mesh.corners(prim)) {
-            let hit = Hit { t: h.t, u: h.u, v: h.v, prim, object: 9, instance: 4 };
+            let hit = Hit { t: h.t, u: h.u, v: h.v, primitive: prim, object: 9, instance: 4 };
             if hit.is_before(&best) {
                 best = hit;
             }
@@ -53,16 +53,16 @@ pub(super) fn rays(random: &mut Random, mesh: &Mesh, count: usize) -> Vec<Ray> {
                 0 => {
                     // Along an axis, through the target.
                     let axis = random.below(3);
-                    ray.dir = Vec3::ZERO;
-                    ray.dir[axis] = if random.below(2) == 0 { 1.0 } else { -1.0 };
-                    ray.org = target.with_x(target.x);
-                    ray.org[axis] = org[axis];
+                    ray.direction = Vec3::ZERO;
+                    ray.direction[axis] = if random.below(2) == 0 { 1.0 } else { -1.0 };
+                    ray.origin = target.with_x(target.x);
+                    ray.origin[axis] = org[axis];
                 }
-                1 => ray.dir[random.below(3)] = -0.0,
-                2 => ray.org = target,
+                1 => ray.direction[random.below(3)] = -0.0,
+                2 => ray.origin = target,
                 3 => ray.tmax = 0.9,
                 4 => ray.tmin = 1.0,
-                5 => ray.dir *= 1e-20,
+                5 => ray.direction *= 1e-20,
                 _ => {}
             }
             ray
@@ -147,12 +147,12 @@ fn equal_distances_go_to_the_lowest_number() {
     for kernels in kernels() {
         let mut best = Hit::none(f32::INFINITY);
         assert!(kernels.intersect(&bvh, &ray, 1, 5, &mut best));
-        assert_eq!((best.prim, best.instance), (0, 5));
+        assert_eq!((best.primitive, best.instance), (0, 5));
         // A later instance does not replace it, an earlier one does, and so does neither twice.
         assert!(!kernels.intersect(&bvh, &ray, 1, 6, &mut best));
         assert!(kernels.intersect(&bvh, &ray, 1, 3, &mut best));
         assert!(!kernels.intersect(&bvh, &ray, 1, 3, &mut best));
-        assert_eq!((best.prim, best.instance), (0, 3));
+        assert_eq!((best.primitive, best.instance), (0, 3));
     }
 }
 

@@ -69,7 +69,7 @@ impl<'a> Tracer<'a> {
             }
             // A hit has the last number only if nothing comes after it at its distance.
             prepared.tmin = best.t;
-            prepared.from = Hit::order(best.instance, best.prim).saturating_add(1);
+            prepared.from = Hit::order(best.instance, best.primitive).saturating_add(1);
         }
     }
 
@@ -144,20 +144,20 @@ fn unscaled(hit: Hit, ray: &Ray, length: f64) -> Hit {
 /// Whether a ray can be traced as it is.
 #[inline(always)]
 fn is_usual(ray: &Ray) -> bool {
-    USUAL_LENGTH.contains(&ray.dir.abs().max_element())
+    USUAL_LENGTH.contains(&ray.direction.abs().max_element())
 }
 
 /// The same ray with a direction whose largest component is in 1..2, and by what its distances were multiplied (a power of two).
 /// `None` for a ray that hits nothing.
 #[cold]
 fn rescale(ray: &Ray) -> Option<(Ray, f64)> {
-    let largest = f64::from(ray.dir.abs().max_element());
-    if !(largest > 0.0 && ray.dir.is_finite() && ray.tmin.max(0.0) <= ray.tmax) {
+    let largest = f64::from(ray.direction.abs().max_element());
+    if !(largest > 0.0 && ray.direction.is_finite() && ray.tmin.max(0.0) <= ray.tmax) {
         return None;
     }
     // Every f32 above 0 is a normal f64: its exponent bits alone are the power of two below it.
     let length = f64::from_bits(largest.to_bits() & 0x7ff0_0000_0000_0000);
     let scaled = |t: f32| (f64::from(t) * length) as f32;
-    let dir = (ray.dir.as_dvec3() / length).as_vec3();
-    Some((Ray { org: ray.org, dir, tmin: scaled(ray.tmin), tmax: scaled(ray.tmax) }, length))
+    let dir = (ray.direction.as_dvec3() / length).as_vec3();
+    Some((Ray { origin: ray.origin, direction: dir, tmin: scaled(ray.tmin), tmax: scaled(ray.tmax) }, length))
 }

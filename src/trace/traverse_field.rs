@@ -157,7 +157,7 @@ impl<const ANY: bool> Search<'_, ANY> {
         if self.ray.excludes(h.t, self.instance, prim) {
             return false;
         }
-        let hit = Hit { t: h.t, u: h.u, v: h.v, prim, object: self.object, instance: self.instance };
+        let hit = Hit { t: h.t, u: h.u, v: h.v, primitive: prim, object: self.object, instance: self.instance };
         self.found |= hit.replaces(self.best);
         false
     }

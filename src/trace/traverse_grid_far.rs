@@ -38,7 +38,7 @@ pub(super) fn traverse_far<const ANY: bool>(
                 if ray.excludes(h.t, instance, triangle.prim()) {
                     continue;
                 }
-                found |= Hit { t: h.t, u: h.u, v: h.v, prim: triangle.prim(), object, instance }.replaces(best);
+                found |= Hit { t: h.t, u: h.u, v: h.v, primitive: triangle.prim(), object, instance }.replaces(best);
             }
             false
         })

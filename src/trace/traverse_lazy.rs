@@ -158,8 +158,16 @@ fn enter<T>(lazy: &LazyBvh, segment: usize, go: impl FnOnce(View<'_>, ChildRef) 
     if let Some(root) = lazy.current_root(segment).or_else(|| lazy.touch(segment)) {
         return go(View::shared(lazy), root);
     }
-    let own = lazy.copy(segment);
-    go(View::private(lazy, own.part()), ChildRef::node(own.part().first_node))
+    if let Ok(own) = lazy.copy(segment) {
+        return go(View::private(lazy, own.part()), ChildRef::node(own.part().first_node));
+    }
+    // Without memory for that, whoever is at it is waited for.
+    loop {
+        if let Some(root) = lazy.current_root(segment) {
+            return go(View::shared(lazy), root);
+        }
+        std::thread::yield_now();
+    }
 }
 
 /// [`traverse`], from a child down.

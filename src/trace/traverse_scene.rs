@@ -69,8 +69,8 @@ pub(super) fn transform(object_from_world: &Affine3A, ray: &PreparedRay) -> Ray 
     let m = &object_from_world.matrix3;
     let linear = |v: Vec3| (m.x_axis * v.x + m.y_axis * v.y) + m.z_axis * v.z;
     Ray {
-        org: (linear(ray.org) + object_from_world.translation).into(),
-        dir: linear(ray.dir).into(),
+        origin: (linear(ray.org) + object_from_world.translation).into(),
+        direction: linear(ray.dir).into(),
         tmin: ray.tmin,
         tmax: ray.tmax,
     }

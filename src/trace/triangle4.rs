@@ -186,7 +186,8 @@ pub(super) unsafe fn resolve<I: Isa, const ANY: bool, R: OneRay>(
             hits &= hits - 1;
             let [t, u, v] = out.map(|row| row[lane]);
             let prim = block.prims[lane];
-            found |= !ray.excludes(t, instance, prim) && Hit { t, u, v, prim, object, instance }.replaces(best);
+            found |=
+                !ray.excludes(t, instance, prim) && Hit { t, u, v, primitive: prim, object, instance }.replaces(best);
         }
     }
     found
@@ -266,7 +267,7 @@ fn resolve_alone<const ANY: bool>(
             return true;
         }
         let prim = block.prims[lane];
-        let hit = Hit { t: h.t, u: h.u, v: h.v, prim, object, instance };
+        let hit = Hit { t: h.t, u: h.u, v: h.v, primitive: prim, object, instance };
         found |= !ray.excludes(h.t, instance, prim) && hit.replaces(best);
     }
     found

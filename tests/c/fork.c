@@ -13,6 +13,42 @@ static void render(void)
     CHECK(rtGetError() == RT_NO_ERROR);
 }
 
+/* A child that is born while a frame is rendered goes on: the frame is the parent's, everything else is there. */
+static void fork_in_mid_frame(const RTubyte *expected)
+{
+    int status;
+    pid_t child;
+    rtSamplesPerPixel(4096);
+    rtInstantiateObject(object);
+    rtStartRendering();
+    CHECK(!rtIsFrameDone());
+    fflush(NULL);
+    child = fork();
+    CHECK(child >= 0);
+    if (child == 0) {
+        CHECK(rtIsFrameDone() && rtWaitFrame(60000));
+        rtEndRendering();
+        CHECK(rtGetError() == RT_INVALID_OPERATION);
+        rtSamplesPerPixel(1);
+        memset(image, 0, sizeof image);
+        render();
+        CHECK(memcmp(image, expected, sizeof image) == 0);
+        rtUpdateVertices(object, 0, 1, 0, floats);
+        render();
+        CHECK(memcmp(image, expected, sizeof image) != 0);
+        rtExit();
+        _exit(rtGetError() != RT_NO_ERROR);
+    }
+    rtCancel();
+    rtEndRendering();
+    CHECK(rtGetError() == RT_NO_ERROR);
+    CHECK(waitpid(child, &status, 0) == child && status == 0);
+    rtSamplesPerPixel(1);
+    memset(image, 0, sizeof image);
+    render();
+    CHECK(memcmp(image, expected, sizeof image) == 0);
+}
+
 int main(void)
 {
     RTubyte expected[sizeof image];
@@ -57,6 +93,7 @@ int main(void)
         render();
         CHECK(memcmp(image, expected, sizeof image) == 0);
     }
+    fork_in_mid_frame(expected);
     rtExit();
     remove(image_file);
     return 0;

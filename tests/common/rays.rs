@@ -30,18 +30,18 @@ pub fn rays(random: &mut Random, triangles: &[[Vec3; 3]], count: usize) -> Vec<R
             let axis = random.below(3);
             match i % 10 {
                 0 => {
-                    ray.dir = Vec3::ZERO;
-                    ray.dir[axis] = if random.below(2) == 0 { 1.0 } else { -1.0 };
-                    ray.org = target;
-                    ray.org[axis] = org[axis];
+                    ray.direction = Vec3::ZERO;
+                    ray.direction[axis] = if random.below(2) == 0 { 1.0 } else { -1.0 };
+                    ray.origin = target;
+                    ray.origin[axis] = org[axis];
                 }
-                1 => ray.dir[axis] = -0.0,
-                2 => ray.org = target,
+                1 => ray.direction[axis] = -0.0,
+                2 => ray.origin = target,
                 3 => ray.tmax = random.unit() * 2.0,
                 4 => ray.tmin = random.unit(),
-                5 => ray.dir *= 1e25 / scale.max(1e-10),
-                6 => ray.dir *= 1e-25,
-                7 => ray.org = target - (target - org) * 50.0,
+                5 => ray.direction *= 1e25 / scale.max(1e-10),
+                6 => ray.direction *= 1e-25,
+                7 => ray.origin = target - (target - org) * 50.0,
                 _ => {}
             }
             ray
@@ -51,11 +51,11 @@ pub fn rays(random: &mut Random, triangles: &[[Vec3; 3]], count: usize) -> Vec<R
 
 /// Whether the engine would scale this ray before tracing it; brute force cannot say its bits then.
 pub fn is_rescaled(ray: &Ray) -> bool {
-    let largest = ray.dir.abs().max_element();
+    let largest = ray.direction.abs().max_element();
     !(1e-6..=1e6).contains(&largest)
 }
 
 /// A hit, so that equal means equal in every bit.
 pub fn bits(hit: &Option<Hit>) -> Option<(u32, u32, u32, u32, u32, u32)> {
-    hit.map(|h| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim, h.object, h.instance))
+    hit.map(|h| (h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.object, h.instance))
 }

@@ -60,7 +60,11 @@ impl World {
                         let v = Vec3A::from(v);
                         (m.matrix3.x_axis * v.x + m.matrix3.y_axis * v.y) + m.matrix3.z_axis * v.z
                     };
-                    Ray { org: (linear(ray.org) + m.translation).into(), dir: linear(ray.dir).into(), ..*ray }
+                    Ray {
+                        origin: (linear(ray.origin) + m.translation).into(),
+                        direction: linear(ray.direction).into(),
+                        ..*ray
+                    }
                 }
                 Space::World | Space::Merged => *ray,
             };
@@ -72,7 +76,8 @@ impl World {
                     Space::World | Space::Merged => mesh.corners(prim).map(|p| to_world(&record.world_from_object, p)),
                 };
                 let Some(h) = triangle::intersect(&local, corners) else { continue };
-                let hit = Hit { t: h.t, u: h.u, v: h.v, prim, object: record.object, instance: record.instance };
+                let hit =
+                    Hit { t: h.t, u: h.u, v: h.v, primitive: prim, object: record.object, instance: record.instance };
                 if best.is_none_or(|b| hit.is_before(&b)) {
                     best = Some(hit);
                 }
@@ -137,8 +142,8 @@ pub enum Verdict {
 /// The oracle: on which side of the three edges the ray passes, by triple products in f64. Knows nothing of the shear or of boxes.
 pub fn oracle(ray: &Ray, corners: [Vec3; 3]) -> Verdict {
     const U: f64 = 1.0 / (1 << 24) as f64;
-    let d = ray.dir.as_dvec3();
-    let o = ray.org.as_dvec3();
+    let d = ray.direction.as_dvec3();
+    let o = ray.origin.as_dvec3();
     let p = corners.map(|c| c.as_dvec3() - o);
     if corners.iter().any(|c| !c.is_finite() || c.abs().max_element() > openrt::accel::MAX_COORDINATE) {
         return Verdict::Miss;

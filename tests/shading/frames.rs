@@ -65,7 +65,7 @@ fn pixels_know_what_they_show_and_picking_agrees() {
     for y in 0..64 {
         for x in 0..64 {
             let pixel = renderer.framebuffer().pixel(x, y).unwrap();
-            match renderer.pick(&w.scene, x as f32 + 0.5, y as f32 + 0.5) {
+            match renderer.pick(&w.scene, x as f32 + 0.5, y as f32 + 0.5).expect("memory") {
                 Some(hit) => {
                     assert_eq!((pixel.object, pixel.instance, pixel.depth), (hit.object, hit.instance, hit.t));
                     let n = Vec3::from_array(pixel.normal);
@@ -80,8 +80,11 @@ fn pixels_know_what_they_show_and_picking_agrees() {
         }
     }
     assert_eq!(kinds.len(), 4);
-    assert!(renderer.pick(&w.scene, -0.1, 3.0).is_none() && renderer.pick(&w.scene, f32::NAN, 3.0).is_none());
-    assert!(renderer.pick(&w.scene, 3.0, 64.0).is_none());
+    assert!(
+        renderer.pick(&w.scene, -0.1, 3.0).expect("memory").is_none()
+            && renderer.pick(&w.scene, f32::NAN, 3.0).expect("memory").is_none()
+    );
+    assert!(renderer.pick(&w.scene, 3.0, 64.0).expect("memory").is_none());
 }
 
 /// An image in memory.

@@ -67,13 +67,13 @@ fn holes_let_the_eye_and_the_light_through() {
     w.add(quad(Vec3::new(0.4, 0.4, -1.0), Vec3::X * 1.6, Vec3::Y * 1.6, leaf));
     let renderer = w.renderer();
     assert!((renderer.framebuffer().pixel(0, 0).unwrap().depth - 2.0).abs() < 1e-5);
-    assert_eq!(renderer.pick(&w.scene, 0.5, 0.5).expect("the wall lies behind the hole").instance, 0);
+    assert_eq!(renderer.pick(&w.scene, 0.5, 0.5).expect("memory").expect("the wall lies behind the hole").instance, 0);
     w.frame.instances.pop();
     w.add(quad(Vec3::new(-0.4, 0.4, -1.0), Vec3::X * 1.6, Vec3::Y * 1.6, leaf));
     let renderer = w.renderer();
     let pixel = renderer.framebuffer().pixel(0, 0).unwrap();
     assert!((pixel.depth - 1.0).abs() < 1e-5 && pixel.instance == 1);
-    assert_eq!(renderer.pick(&w.scene, 0.5, 0.5).expect("the leaf is hit").instance, 1);
+    assert_eq!(renderer.pick(&w.scene, 0.5, 0.5).expect("memory").expect("the leaf is hit").instance, 1);
     assert_near(Vec4::from_array(pixel.color), [0.0, lit, 0.0, 1.0], 1e-5);
 }
 

@@ -19,6 +19,7 @@ use crate::accel::corners::{Corners, block_of};
 use crate::accel::prim_ref::PrimRef;
 use crate::accel::spatial::cut_for_cells;
 use crate::accel::{Aabb, triangle_bounds};
+use crate::memory::{Room, collected, push};
 use crate::simd::{self, Kernel, Level};
 use glam::Vec4;
 
@@ -94,11 +95,15 @@ impl Build {
         let room = self.open_refs.len().checked_mul(REFS_PER_TRIANGLE)?;
         let root = self.add_node()?;
         let mut open =
-            vec![Open { place: Place::root_of(root), first_ref: 0, cell: bounds, depth: 0, futile: 0, room }];
+            collected([Open { place: Place::root_of(root), first_ref: 0, cell: bounds, depth: 0, futile: 0, room }])
+                .ok()?;
         while let Some(cell) = open.pop() {
             let split = if cell.depth < max_depth { self.split(&cell)? } else { None };
             match split {
-                Some(sides) => open.extend(sides),
+                Some(sides) => {
+                    open.room(sides.len()).ok()?;
+                    open.extend(sides);
+                }
                 None => {
                     self.add_leaf(cell.place, cell.first_ref)?;
                     self.open_refs.truncate(cell.first_ref);
@@ -215,7 +220,7 @@ impl Build {
             return self.add_run(place, first..end);
         }
         // More than a lane leads to: a node without planes, all lanes of which are this cell.
-        let mut pending = vec![(place, first..end)];
+        let mut pending = collected([(place, first..end)]).ok()?;
         while let Some((place, refs)) = pending.pop() {
             if refs.len() <= MOST {
                 self.add_run(place, refs)?;
@@ -226,7 +231,7 @@ impl Build {
             let part = refs.len().div_ceil(WIDTH).next_multiple_of(BLOCK).max(MOST);
             for (lane, start) in refs.clone().step_by(part).enumerate() {
                 let place = Place { node, level: LEVELS, plane: 0, lane };
-                pending.push((place, start..refs.end.min(start + part)));
+                push(&mut pending, (place, start..refs.end.min(start + part))).ok()?;
             }
         }
         Some(())

@@ -8,6 +8,7 @@ use crate::accel::build_sah::SahScratch;
 use crate::accel::by_rays::{ByRays, LARGE};
 use crate::accel::key_trees::KeyTrees;
 use crate::accel::links::Links;
+use crate::accel::refit::SweepScratch;
 use crate::accel::rotate::Wear;
 use crate::accel::strategy::{Method, Moved};
 use crate::accel::waiting::Attention;
@@ -69,6 +70,13 @@ pub(in crate::accel) enum Work {
 pub(super) struct Scratch {
     pub(super) sah: SahScratch,
     pub(super) fast: FastScratch,
+    pub(super) sweeps: SweepScratch,
+}
+
+impl Scratch {
+    fn memory_bytes(&self) -> usize {
+        self.sah.memory_bytes() + self.fast.memory_bytes() + self.sweeps.memory_bytes()
+    }
 }
 
 /// Which triangles in world space a structure stands for.
@@ -117,11 +125,7 @@ impl ObjectState {
     pub(in crate::accel) fn memory_bytes(&self) -> usize {
         let links = self.links.as_ref().map_or(0, Links::memory_bytes);
         let rotations = self.wear.memory_bytes() + self.by_rays.memory_bytes();
-        links
-            + self.keys.memory_bytes()
-            + rotations
-            + self.scratch.sah.memory_bytes()
-            + self.scratch.fast.memory_bytes()
+        links + self.keys.memory_bytes() + rotations + self.scratch.memory_bytes()
     }
 
     /// What the last update took.

@@ -14,6 +14,7 @@ use crate::accel::by_rays::LARGE;
 use crate::accel::grid::Grid;
 use crate::accel::instance::{append_to_world, mesh_with_room};
 use crate::accel::lazy::{LazyBvh, Source};
+use crate::accel::refit::SweepScratch;
 use crate::accel::rotate::Wear;
 use crate::accel::strategy::{Method, Moved, WORN};
 use crate::accel::visibility::VisibilityField;
@@ -223,7 +224,11 @@ impl Change<'_> {
         let (Structure::Bvh(bvh), Method::Bvh { moved, .. }) = (&mut self.accel.structure, method) else { return None };
         match moved {
             Moved::Rebuild => None,
-            Moved::Refit => (bvh.refit(mesh) == Refit::Done).then(|| Outcome::Refitted(bvh.nodes().len())),
+            Moved::Refit => match bvh.refit(mesh, &mut self.state.scratch.sweeps) {
+                Ok(Refit::Done) => Some(Outcome::Refitted(bvh.nodes().len())),
+                // Without memory for this there may be some for a build.
+                _ => None,
+            },
             Moved::Rotate | Moved::Auto => self.rotate(mesh, build_price),
         }
     }
@@ -285,9 +290,11 @@ impl Change<'_> {
     fn wait(&mut self, mesh: &Located<'_>, waited: Option<Waited>) -> bool {
         let should =
             self.state.attention.should_wait(self.accel.visits.take_reached(), waited == Some(Waited::AndWasReached));
+        let mut scratch = SweepScratch::default();
         match std::mem::take(&mut self.accel.structure) {
-            Structure::Bvh(bvh) if should && bvh.may_wait(mesh) => {
-                self.accel.waiting = Some(Box::new(Waiting::new(bvh, mesh, mesh.source())));
+            // Without memory it does not wait.
+            Structure::Bvh(bvh) if should && bvh.may_wait(mesh) && bvh.prepare_alone(&mut scratch).is_ok() => {
+                self.accel.waiting = Some(Box::new(Waiting::new(bvh, scratch, mesh, mesh.source())));
                 true
             }
             other => {
@@ -324,7 +331,7 @@ impl Change<'_> {
             Some(links) => links,
             None => bvh.links(mesh).ok()?,
         };
-        let (refit, nodes) = bvh.refit_moved(mesh, vertices, self.state.links.insert(links));
+        let (refit, nodes) = bvh.refit_moved(mesh, vertices, self.state.links.insert(links)).ok()?;
         self.state.patched += nodes;
         // Wear is a property of all nodes, so it is looked at when as many have been.
         let looks = moved == Moved::Auto && self.state.patched > bvh.nodes().len();

@@ -10,6 +10,7 @@
 //! is as right: a subfield answers rays of all directions, those near its own fastest. Where the paper looks up the closest one among directions on a
 //! hemisphere, whose rim has no neighbours beyond, ours are lines, which have no rim.
 
+use crate::memory::{OutOfMemory, collected, push, vec_of};
 use glam::Vec3;
 use std::sync::OnceLock;
 
@@ -27,17 +28,32 @@ pub struct Directions {
     squares: usize,
 }
 
+/// Directions on each level.
+const COUNTS: [usize; MOST_LEVELS + 1] = [4, 7, 25, 109, 469];
+
 static LEVELS: [OnceLock<Directions>; MOST_LEVELS + 1] = [const { OnceLock::new() }; MOST_LEVELS + 1];
 
 impl Directions {
     /// The directions after `level` subdivisions, at most [`MOST_LEVELS`]. Made once per process: the finest takes some milliseconds.
-    pub fn of_level(level: usize) -> &'static Directions {
+    ///
+    /// # Errors
+    /// No memory for them.
+    pub fn of_level(level: usize) -> Result<&'static Directions, OutOfMemory> {
         let level = level.min(MOST_LEVELS);
-        LEVELS[level].get_or_init(|| Directions::new(level))
+        if let Some(known) = LEVELS[level].get() {
+            return Ok(known);
+        }
+        let made = Directions::new(level)?;
+        Ok(LEVELS[level].get_or_init(|| made))
     }
 
-    fn new(level: usize) -> Self {
-        let lines = lines(level);
+    /// How many there are on a level: those of [`Directions::of_level`].
+    pub fn count_on(level: usize) -> usize {
+        COUNTS[level.min(MOST_LEVELS)]
+    }
+
+    fn new(level: usize) -> Result<Self, OutOfMemory> {
+        let lines = lines(level)?;
         let squares = SQUARES[level];
         let middle = |i: usize| (i as f32 + 0.5) * (2.0 / squares as f32) - 1.0;
         let nearest = (0..squares * squares).map(|square| {
@@ -46,8 +62,8 @@ impl Directions {
                 |best: usize, i: usize| if lines[i].dot(to).abs() > lines[best].dot(to).abs() { i } else { best };
             (1..lines.len()).fold(0, closer) as u16
         });
-        let nearest = nearest.collect();
-        Self { lines, nearest, squares }
+        let nearest = collected(nearest)?;
+        Ok(Self { lines, nearest, squares })
     }
 
     /// How many there are.
@@ -82,28 +98,28 @@ fn folded(u: f32, v: f32) -> Vec3 {
 }
 
 /// Corners of the subdivided tetrahedron, without opposites of former ones.
-fn lines(level: usize) -> Vec<Vec3> {
+fn lines(level: usize) -> Result<Vec<Vec3>, OutOfMemory> {
     let corners =
         [Vec3::new(1.0, 1.0, 1.0), Vec3::new(1.0, -1.0, -1.0), Vec3::new(-1.0, 1.0, -1.0), Vec3::new(-1.0, -1.0, 1.0)];
     let [a, b, c, d] = corners.map(Vec3::normalize);
-    let mut faces = vec![[a, b, c], [a, c, d], [a, d, b], [b, d, c]];
+    let mut faces = vec_of(4)?;
+    faces.extend([[a, b, c], [a, c, d], [a, d, b], [b, d, c]]);
     for _ in 0..level {
-        faces = faces
-            .iter()
-            .flat_map(|&[a, b, c]| {
-                let [ab, bc, ca] = [a + b, b + c, c + a].map(Vec3::normalize);
-                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
-            })
-            .collect();
+        let mut finer = vec_of(4 * faces.len())?;
+        finer.extend(faces.iter().flat_map(|&[a, b, c]| {
+            let [ab, bc, ca] = [a + b, b + c, c + a].map(Vec3::normalize);
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        }));
+        faces = finer;
     }
-    let mut lines: Vec<Vec3> = Vec::new();
+    let mut lines: Vec<Vec3> = vec_of(COUNTS[level])?;
     for corner in faces.into_iter().flatten() {
         // Midpoints of a side shared by two faces differ by rounding at most; neighbours are much farther apart.
         if !lines.iter().any(|line| line.cross(corner).length_squared() < 1e-6) {
-            lines.push(corner);
+            push(&mut lines, corner)?;
         }
     }
-    lines
+    Ok(lines)
 }
 
 #[cfg(test)]
@@ -113,15 +129,16 @@ mod tests {
 
     #[test]
     fn subdivision_gives_as_many_lines_as_the_sphere_has_pairs() {
-        let counts: Vec<usize> = (0..=MOST_LEVELS).map(|level| Directions::of_level(level).count()).collect();
-        assert_eq!(counts, [4, 7, 25, 109, 469]);
+        let count = |level: usize| Directions::of_level(level).expect("memory").count();
+        assert_eq!([0, 1, 2, 3, 4].map(count), COUNTS);
+        assert_eq!([0, 1, 2, 3, 4].map(Directions::count_on), COUNTS);
     }
 
     #[test]
     fn the_look_up_is_as_near_as_the_squares_are_small() {
         let mut random = Random::new(Random::seed(71));
         for (level, farthest) in [(0, 0.95), (1, 0.63), (2, 0.34), (3, 0.18), (4, 0.09)] {
-            let directions = Directions::of_level(level);
+            let directions = Directions::of_level(level).expect("memory");
             // A small square of the unfolded hemisphere spans at most so much.
             let slack = 6.0 / directions.squares as f32;
             let mut worst = 0.0f32;
@@ -136,7 +153,7 @@ mod tests {
             assert!(worst < farthest + slack, "level {level}: {worst} from the nearest direction");
         }
         for dir in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY, Vec3::splat(f32::MAX), Vec3::X * 1e-45] {
-            assert!(Directions::of_level(2).nearest(dir) < 25);
+            assert!(Directions::of_level(2).expect("memory").nearest(dir) < 25);
         }
     }
 }

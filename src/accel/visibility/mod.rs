@@ -37,8 +37,9 @@ pub use directions::{Directions, MOST_LEVELS};
 pub(crate) use raster::tile_of;
 pub use subfield::{Frame, Subfield, TileList, TileRef};
 
-use super::memory::{filled, reserve};
+use super::memory::filled;
 use super::{Aabb, OutOfMemory, triangle_bounds};
+use crate::memory::Room;
 use crate::scene::Mesh;
 use glam::Vec3;
 use links::Links;
@@ -66,6 +67,9 @@ pub struct VisibilityField {
     /// Which triangles are moving ones, as a list and by number.
     movers: Vec<u32>,
     is_mover: Vec<bool>,
+    /// Those that the last update moved, and how many there were in each chunk: room for the next.
+    moved: Vec<u32>,
+    counts: Vec<usize>,
     /// So many were moving ones when they were told apart; the others are still in the ordered subfields.
     first_movers: usize,
     /// Triangles that were moving ones and did not move, over all updates since then.
@@ -117,6 +121,8 @@ impl VisibilityField {
             moving: Subfields::new(count, false)?,
             movers: Vec::new(),
             is_mover,
+            moved: Vec::new(),
+            counts: Vec::new(),
             first_movers: 0,
             wasted: 0,
             links: None,
@@ -143,54 +149,67 @@ impl VisibilityField {
     }
 
     fn follow(&mut self, mesh: &Mesh, vertices: Option<&[u32]>) -> Result<usize, OutOfMemory> {
-        let moved = match vertices {
+        match vertices {
             Some(vertices) => {
                 let links = match self.links.take() {
                     Some(links) => links,
                     None => Links::new(mesh)?,
                 };
                 let triangles = self.links.insert(links).triangles_of(vertices)?;
-                let mut moved = reserve(triangles.len())?;
+                self.moved.clear();
+                self.moved.room(triangles.len())?;
                 for prim in triangles {
                     let now = mesh.corners(prim);
                     if !same(&now, &self.corners[prim as usize]) {
                         self.corners[prim as usize] = now;
                         let (bounds, side) = size(&now);
                         (self.bounds, self.side) = (self.bounds.union(bounds), self.side.max(side));
-                        moved.push(prim);
+                        self.moved.push(prim);
                     }
                 }
-                moved
             }
             None => {
-                let moved = self.follow_all(mesh);
+                self.follow_all(mesh)?;
                 self.measure();
-                moved
             }
-        };
+        }
+        let moved = std::mem::take(&mut self.moved);
         if !moved.is_empty() {
             self.tell_apart(&moved)?;
         }
-        Ok(moved.len())
+        let count = moved.len();
+        self.moved = moved;
+        Ok(count)
     }
 
     /// Copies all corners, and returns which triangles have others now, in ascending order.
-    fn follow_all(&mut self, mesh: &Mesh) -> Vec<u32> {
-        let chunks = self.corners.par_chunks_mut(CHUNK).enumerate();
-        let moved: Vec<Vec<u32>> = chunks
-            .map(|(chunk, corners)| {
-                let mut moved = Vec::new();
-                for (prim, old) in ((chunk * CHUNK) as u32..).zip(corners) {
-                    let now = mesh.corners(prim);
-                    if !same(&now, old) {
-                        *old = now;
-                        moved.push(prim);
-                    }
+    fn follow_all(&mut self, mesh: &Mesh) -> Result<(), OutOfMemory> {
+        let Self { corners, moved, counts, .. } = self;
+        let chunks = corners.len().div_ceil(CHUNK);
+        counts.clear();
+        counts.room(chunks)?;
+        counts.resize(chunks, 0);
+        moved.clear();
+        moved.room(corners.len())?;
+        moved.resize(corners.len(), 0);
+        let lists = moved.par_chunks_mut(CHUNK).zip(counts.par_iter_mut());
+        corners.par_chunks_mut(CHUNK).zip(lists).enumerate().for_each(|(chunk, (corners, (moved, count)))| {
+            for (prim, old) in ((chunk * CHUNK) as u32..).zip(corners) {
+                let now = mesh.corners(prim);
+                if !same(&now, old) {
+                    *old = now;
+                    moved[*count] = prim;
+                    *count += 1;
                 }
-                moved
-            })
-            .collect();
-        moved.concat()
+            }
+        });
+        let mut end = 0;
+        for (chunk, &count) in counts.iter().enumerate() {
+            moved.copy_within(chunk * CHUNK..chunk * CHUNK + count, end);
+            end += count;
+        }
+        moved.truncate(end);
+        Ok(())
     }
 
     /// Makes moving triangles of those that moved, and resting ones of the others if it is time for that.
@@ -302,7 +321,7 @@ impl VisibilityField {
     pub fn memory_bytes(&self) -> usize {
         self.corners.capacity() * size_of::<[Vec3; 3]>()
             + self.is_mover.capacity()
-            + self.movers.capacity() * size_of::<u32>()
+            + (self.movers.capacity() + self.moved.capacity()) * size_of::<u32>()
             + self.resting.memory_bytes()
             + self.moving.memory_bytes()
             + self.links.as_ref().map_or(0, Links::memory_bytes)

@@ -15,6 +15,7 @@ use super::directions::{Directions, MOST_LEVELS};
 use super::subfield::{Chosen, Subfield};
 use crate::accel::OutOfMemory;
 use crate::accel::memory::reserve;
+use crate::memory::collected;
 use crate::threads::OnTouch;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -71,9 +72,10 @@ impl Subfields {
     pub fn new(triangles: usize, ordered: bool) -> Result<Self, OutOfMemory> {
         let budget = triangles.saturating_mul(BUDGET_PER_TRIANGLE).clamp(LEAST_BUDGET, MOST_BUDGET);
         let each = triangles.saturating_mul(USUAL_BYTES).max(1);
-        let coarse = Directions::of_level(COARSE);
-        let fits = |level: &usize| Directions::of_level(*level).count().saturating_mul(each) <= budget / 4 * 3;
-        let fine = (COARSE + 1..=MOST_LEVELS).rev().find(|level| ordered && fits(level)).map(Directions::of_level);
+        let coarse = Directions::of_level(COARSE)?;
+        let fits = |level: &usize| Directions::count_on(*level).saturating_mul(each) <= budget / 4 * 3;
+        let fine = (COARSE + 1..=MOST_LEVELS).rev().find(|level| ordered && fits(level));
+        let fine = fine.map(Directions::of_level).transpose()?;
         let count = coarse.count() + fine.map_or(0, Directions::count);
         let (mut parts, mut asked) = (reserve(count)?, reserve(count)?);
         parts.resize_with(count, Subfield::default);
@@ -82,7 +84,7 @@ impl Subfields {
         Ok(Self {
             coarse,
             fine,
-            parts: OnTouch::new(parts, Vec::new(), (0..count).map(|i| (i..i + 1, 0..0))),
+            parts: OnTouch::new(parts, Vec::new(), (0..count).map(|i| (i..i + 1, 0..0)))?,
             asked,
             ordered,
             budget,
@@ -192,8 +194,8 @@ impl Subfields {
     pub fn rest(&mut self) {
         let short = std::mem::take(self.refused.get_mut()) || *self.bytes.get_mut() > self.budget;
         if short {
-            let mut by_age: Vec<usize> = (0..self.asked.len()).collect();
-            by_age.sort_by_key(|&part| self.asked[part].last.load(Relaxed));
+            let mut by_age = collected(0..self.asked.len()).unwrap_or_default();
+            by_age.sort_unstable_by_key(|&part| (self.asked[part].last.load(Relaxed), part));
             for part in by_age {
                 let old = *self.asked[part].last.get_mut() != self.now;
                 if *self.bytes.get_mut() <= self.budget / 2 || !old && *self.bytes.get_mut() <= self.budget {

@@ -4,7 +4,8 @@ use crate::api::{
     Component, Context, Error, Filter, ImageDesc, ImageFormat, MAX_TEXTURE_SIZE, Name, TextureFormat, TextureParameter,
 };
 use crate::load::input::files;
-use crate::load::{TextureData, TextureSource, quiet};
+use crate::load::{TextureData, TextureSource};
+use crate::quiet;
 use image::{ImageReader, Limits};
 use std::io::Cursor;
 
@@ -13,7 +14,7 @@ const MAX_IMAGE_BYTES: u64 = 1 << 30;
 
 /// The image as RGBA, its rows in the order of rising t; bounded in size.
 pub fn decode(source: &TextureSource) -> Result<image::RgbaImage, String> {
-    quiet::caught(|| decode_image(source)).unwrap_or_else(Err)
+    quiet::caught(|| decode_image(source)).unwrap_or_else(|panic| Err(format!("the reader {panic}")))
 }
 
 fn decode_image(source: &TextureSource) -> Result<image::RgbaImage, String> {

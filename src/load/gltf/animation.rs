@@ -3,7 +3,7 @@
 //! Some programs write one animation for each node, others one for each thing that a figure can do. So animations of a file are
 //! gathered into clips: one that moves nothing that an earlier one of the clip moves joins it, else it begins another.
 
-use super::document::Document;
+use super::file::document::Document;
 use super::json;
 use super::nodes::{Nodes, at_rest};
 use crate::load::LoadError;

@@ -1,6 +1,6 @@
 //! Extensions by name: which are read, and what is said about the others.
 
-use super::document::Document;
+use super::file::document::Document;
 use crate::load::LoadError;
 
 /// Extensions that are read, in whole or as far as warnings say otherwise.

@@ -1,6 +1,6 @@
 //! Materials, and which of their properties are left out.
 
-use super::document::Document;
+use super::file::document::Document;
 use super::json::{self, TextureInfo};
 use super::texture::{Textures, Values};
 use crate::load::LoadError;

@@ -4,7 +4,7 @@
 //! that EXT_mesh_gpu_instancing repeats, is one object that stands often, so no number of places multiplies its triangles. Each
 //! node that moves, or whose mesh has morph targets or a skin, has an object of its own.
 
-use super::document::Document;
+use super::file::document::Document;
 use super::json;
 use super::material::Needs;
 use super::nodes::Nodes;

@@ -3,18 +3,14 @@
 //!
 //! The JSON becomes plain data ([`json`]) and every index, offset and count in it is checked where it is used, so a fault is told
 //! with its place in the file and nothing is allocated on the word of a count. What is optional and not read is noted
-//! once by name ([`document::Document::left_out`]).
+//! once by name ([`file::document::Document::left_out`]).
 
-mod accessor;
 mod animation;
-mod container;
-mod document;
-mod draco;
 mod extensions;
+mod file;
 mod json;
 mod material;
 mod meshes;
-mod meshopt;
 mod nodes;
 mod primitive;
 mod skin;
@@ -27,7 +23,7 @@ use crate::load::LoadError;
 use crate::load::build::Builder;
 use crate::load::input::files::Tree;
 use crate::load::model::SceneFile;
-use document::Document;
+use file::document::Document;
 use std::path::Path;
 
 pub fn load(path: &Path) -> Result<SceneFile, LoadError> {

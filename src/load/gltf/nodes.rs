@@ -1,7 +1,7 @@
 //! The tree of nodes of the scene that is shown.
 
 use super::animation::Motion;
-use super::document::Document;
+use super::file::document::Document;
 use super::json;
 use crate::load::LoadError;
 use crate::load::model::{Local, Node, SceneFile, TrsChannels};

@@ -1,8 +1,8 @@
 //! One primitive of a mesh: its triangles with the vertices that they use.
 
-use super::accessor::Accessor;
-use super::document::Document;
-use super::draco::{self, Unpacked};
+use super::file::accessor::Accessor;
+use super::file::document::Document;
+use super::file::draco::{self, Unpacked};
 use super::json::{Kind, Primitive};
 use super::material::Needs;
 use crate::load::LoadError;

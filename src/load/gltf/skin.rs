@@ -1,6 +1,6 @@
 //! Skins: joints that move vertices.
 
-use super::document::Document;
+use super::file::document::Document;
 use super::nodes::Nodes;
 use super::primitive::Source;
 use crate::load::LoadError;

@@ -1,6 +1,6 @@
 //! Textures: an image, how it is wrapped and filtered, and where it lies on surfaces.
 
-use super::document::{Document, Located};
+use super::file::document::{Document, Located};
 use super::json::{Sampler, TextureInfo, TextureTransform};
 use crate::api::{Filter, Wrap};
 use crate::load::LoadError;

@@ -1,6 +1,6 @@
 //! Cameras, and the lights of KHR_lights_punctual.
 
-use super::document::Document;
+use super::file::document::Document;
 use super::json;
 use crate::load::LoadError;
 use crate::load::model::{Camera, Light, LightKind, Projection, SceneFile, View};

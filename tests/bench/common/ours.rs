@@ -38,7 +38,7 @@ impl Ours {
 
     /// The geometric normal of a hit in world space; of no particular side. NaN for a triangle without area.
     pub fn normal(&self, hit: &Hit) -> Vec3 {
-        let corners = self.scene.objects[&hit.object].mesh.corners(hit.prim);
+        let corners = self.scene.objects[&hit.object].mesh.corners(hit.primitive);
         let to_world = &self.instances[hit.instance as usize].world_from_object;
         let [a, b, c] = corners.map(|p| to_world.transform_point3(p));
         (b - a).cross(c - a).normalize()

@@ -47,7 +47,7 @@ pub struct View {
 pub fn with_shadows(tracer: &Tracer, rays: &[Ray], light: Vec3) -> Hits {
     let hits = tracer.intersect_many(rays);
     let shadow = |(ray, hit): (&Ray, &Option<Hit>)| {
-        let at = ray.org + ray.dir * (hit.as_ref()?.t * 0.9999);
+        let at = ray.origin + ray.direction * (hit.as_ref()?.t * 0.9999);
         Some(Ray { tmax: 1.0, ..Ray::new(at, light - at) })
     };
     let shadows: Vec<Ray> = rays.iter().zip(&hits).filter_map(shadow).collect();
@@ -96,8 +96,8 @@ pub fn secondary(ours: &Ours, primary: &[Ray], light: Vec3, offset: f32) -> (Vec
         if !normal.is_finite() {
             continue;
         }
-        let normal = if normal.dot(ray.dir) > 0.0 { -normal } else { normal };
-        let org = ray.org + ray.dir * hit.t + normal * offset;
+        let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
+        let org = ray.origin + ray.direction * hit.t + normal * offset;
         shadow.push(Ray { tmax: 0.999, ..Ray::new(org, light - org) });
         bounce.push(Ray::new(org, hemisphere(normal, number)));
     }

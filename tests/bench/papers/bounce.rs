@@ -33,7 +33,7 @@ impl Scenery<'_> {
     /// Closest hits, their shadow rays, and the rays that are mirrored.
     fn level(&self, tracer: &Tracer, rays: &[Ray], mirror: bool) -> (usize, Vec<Ray>) {
         let hits = tracer.intersect_many(rays);
-        let at = |ray: &Ray, hit: &Hit| ray.org + ray.dir * (hit.t * 0.9999);
+        let at = |ray: &Ray, hit: &Hit| ray.origin + ray.direction * (hit.t * 0.9999);
         let found = || rays.iter().zip(&hits).filter_map(|(ray, hit)| Some((ray, hit.as_ref()?)));
         let mut count = 0;
         for light in self.lights {
@@ -47,9 +47,9 @@ impl Scenery<'_> {
             count += shadows.len() + dark.iter().filter(|&&dark| dark).count();
         }
         let mirrored = |(ray, hit): (&Ray, &Hit)| {
-            let [a, b, c] = self.scene.objects[&hit.object].mesh.corners(hit.prim);
+            let [a, b, c] = self.scene.objects[&hit.object].mesh.corners(hit.primitive);
             let normal = (b - a).cross(c - a).normalize_or_zero();
-            Ray::new(at(ray, hit), ray.dir - normal * (2.0 * ray.dir.dot(normal)))
+            Ray::new(at(ray, hit), ray.direction - normal * (2.0 * ray.direction.dot(normal)))
         };
         let mirrors = found().filter(|(_, hit)| mirror && (self.mirrors)(hit.object));
         let mirrored = mirrors.map(mirrored).collect();

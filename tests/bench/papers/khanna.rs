@@ -136,7 +136,7 @@ fn frames(
         let tracer = Tracer::new(&world);
         let one = |ray: &Ray| {
             let Some(hit) = tracer.intersect(ray) else { return 0 };
-            let at = ray.org + ray.dir * (hit.t * 0.9999);
+            let at = ray.origin + ray.direction * (hit.t * 0.9999);
             1 + usize::from(tracer.occluded(&Ray { tmax: 1.0, ..Ray::new(at, light - at) }))
         };
         let (tracing, found) = pool.install(|| Cost::of(|| primary.iter().map(one).sum::<usize>()));

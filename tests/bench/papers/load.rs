@@ -12,9 +12,6 @@ mod input;
 mod model;
 #[path = "../../../src/load/nff/mod.rs"]
 pub mod nff;
-
-#[path = "../../../src/load/quiet.rs"]
-mod quiet;
 #[path = "../../../src/load/report.rs"]
 mod report;
 

@@ -35,6 +35,9 @@ mod options;
 #[path = "../common/ours.rs"]
 mod ours;
 mod plot;
+#[path = "../../../src/quiet/mod.rs"]
+#[allow(unused_imports, reason = "its test runs with the library's")]
+mod quiet;
 #[allow(dead_code, reason = "shared with the tests")]
 #[path = "../../common/random.rs"]
 mod random;

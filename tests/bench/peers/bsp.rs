@@ -150,7 +150,7 @@ impl Row {
                         Box::new(ClosestWorker { tracer, call: way.closest, rays: Vec::new(), found: Vec::new() })
                     })
                 };
-                let mut lanes: Vec<Lane> = worlds.iter().map(|world| lane(world.view())).collect();
+                let mut lanes: Vec<Lane> = worlds.iter().map(|world| &**world.view()).map(lane).collect();
                 race(&mut lanes, &rays, 1, rounds);
                 for (lane, ns) in lanes.iter().zip(&mut row.ns) {
                     assert_eq!(lane.hits, lanes[0].hits, "the same rays hit");

@@ -215,7 +215,7 @@ fn trace(world: &TwoLevel, primary: &[Ray]) -> usize {
     let mut count = 0;
     for ray in primary {
         let Some(hit) = tracer.intersect(ray) else { continue };
-        let at = ray.org + ray.dir * (hit.t * 0.9999);
+        let at = ray.origin + ray.direction * (hit.t * 0.9999);
         count += 1 + usize::from(tracer.occluded(&Ray { tmax: 1.0, ..Ray::new(at, light - at) }));
     }
     count

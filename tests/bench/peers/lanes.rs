@@ -96,8 +96,8 @@ impl Worker for PeerWorker<'_> {
             let at = i / width * rows * width + i % width;
             let mut put = |row: usize, bits: u32| to[at + row * width] = bits;
             for axis in 0..3 {
-                put(axis, ray.org[axis].to_bits());
-                put(4 + axis, ray.dir[axis].to_bits());
+                put(axis, ray.origin[axis].to_bits());
+                put(4 + axis, ray.direction[axis].to_bits());
             }
             put(3, ray.tmin.to_bits());
             put(7, 0);

@@ -200,7 +200,7 @@ struct Shared(RTscene);
 unsafe impl Sync for Shared {}
 
 fn ray_of(ray: &Ray) -> RTray {
-    RTray { origin: ray.org.into(), tmin: ray.tmin, direction: ray.dir.into(), tmax: ray.tmax }
+    RTray { origin: ray.origin.into(), tmin: ray.tmin, direction: ray.direction.into(), tmax: ray.tmax }
 }
 
 fn count(hits: &[RThit]) -> usize {

@@ -3,8 +3,8 @@
 //! Nothing is copied, so an accessor costs no memory whatever `count` it claims.
 
 use super::document::Document;
-use super::json::{Kind, Sparse};
 use crate::load::LoadError;
+use crate::load::gltf::json::{Kind, Sparse};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Component {

@@ -1,8 +1,8 @@
 //! KHR_draco_mesh_compression: meshes compressed by Draco, decoded by the crate `draco-core`.
 
 use super::document::Document;
-use super::json::{Attributes, Draco, Primitive};
 use crate::load::LoadError;
+use crate::load::gltf::json::{Attributes, Draco, Primitive};
 use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
 /// A decoded mesh.

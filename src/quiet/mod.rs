@@ -1,6 +1,9 @@
-//! Crates that read files written by strangers have panics of their own. Here they are errors, and silent.
+//! Crates that read and write files have panics of their own. Here they are errors, and silent.
+
+#![forbid(unsafe_code)]
 
 use std::cell::Cell;
+use std::fmt;
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind, set_hook, take_hook};
 use std::sync::Once;
 
@@ -22,9 +25,19 @@ fn hook_over(before: Hook) -> Hook {
     })
 }
 
+/// First line of the text of a panic that was caught.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GaveUp(String);
+
+impl fmt::Display for GaveUp {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "gave up on it ({})", self.0)
+    }
+}
+
 /// Runs `reader`; a panic inside it is an error with its text. Nothing is printed, and panics elsewhere are told by the hook
 /// that was set before, as ever.
-pub fn caught<T>(reader: impl FnOnce() -> T) -> Result<T, String> {
+pub fn caught<T>(reader: impl FnOnce() -> T) -> Result<T, GaveUp> {
     HOOK.call_once(|| set_hook(hook_over(take_hook())));
     let outer = QUIET.replace(true);
     // What a reader leaves half done is dropped with its result.
@@ -33,7 +46,7 @@ pub fn caught<T>(reader: impl FnOnce() -> T) -> Result<T, String> {
     result.map_err(|payload| {
         let text = payload.downcast_ref::<&str>().map(|s| (*s).to_owned());
         let text = text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_default();
-        format!("the reader gave up on it ({})", text.lines().next().unwrap_or_default())
+        GaveUp(text.lines().next().unwrap_or_default().to_owned())
     })
 }
 
@@ -53,8 +66,8 @@ mod tests {
                 before(panic);
             }
         })));
-        let result: Result<(), String> = caught(|| panic!("on purpose\nwith a second line"));
-        assert_eq!(result.unwrap_err(), "the reader gave up on it (on purpose)");
+        let result: Result<(), GaveUp> = caught(|| panic!("on purpose\nwith a second line"));
+        assert_eq!(result.unwrap_err().to_string(), "gave up on it (on purpose)");
         assert_eq!(caught(|| caught(|| 5)), Ok(Ok(5)));
         assert_eq!(TOLD.load(Ordering::Relaxed), 0, "silent");
         assert!(catch_unwind(|| panic!("on purpose, elsewhere")).is_err());

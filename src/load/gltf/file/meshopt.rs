@@ -3,7 +3,7 @@
 //! Our own, as the crates for it either wrap C++ or are not kept any more. Attributes are coded byte by byte of an element as
 //! differences to the element before, in groups of 16; triangles by the edges and vertices used last.
 
-use super::json::Meshopt;
+use crate::load::gltf::json::Meshopt;
 
 /// Decodes a view. The caller has made sure that `count` × `byte_stride` bytes may be taken.
 pub fn decode(view: &Meshopt, bytes: &[u8]) -> Result<Vec<u8>, String> {

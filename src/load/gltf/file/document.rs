@@ -1,9 +1,9 @@
 //! A glTF file with the bytes of its buffers, and what is said about it while it is read.
 
 use super::container::{self, Parsed};
-use super::json::{BufferView, Root};
 use super::meshopt;
 use crate::load::LoadError;
+use crate::load::gltf::json::{BufferView, Root};
 use crate::load::input::files::{self, Tree};
 use base64::Engine;
 use base64::alphabet::STANDARD;

@@ -1,7 +1,7 @@
 //! From the bytes of a `.gltf` or `.glb` file to its JSON and its binary chunk.
 
-use super::json::Root;
 use crate::load::LoadError;
+use crate::load::gltf::json::Root;
 use crate::load::input::files::line_of;
 use serde::Deserialize;
 use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
