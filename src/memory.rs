@@ -4,7 +4,7 @@
 //! room is asked for *before* anything changes, and what follows cannot fail. What lives from frame to frame is kept, so that a frame like the one
 //! before asks for nothing.
 //!
-//! For code that does not ask there is a [reserve]; while that is in use, asking is an error, so little comes out of it.
+//! For code that does not ask there is a reserve ([`Allocator`]); while that is in use, asking is an error, so little comes out of it.
 
 mod reserve;
 mod segment;
