@@ -1,4 +1,4 @@
-//! Static instances, merged into one tree (Wald03 §6: "all static triangles in one object"; design §5).
+//! Static instances, merged into one tree (Wald03 §6: "all static triangles in one object").
 //!
 //! An instance of a [`crate::scene::Motion::Static`] object that the frame places exactly once is evaluated in *world space*:
 //! its vertices are transformed once, its structure is built over triangles of the world ([`ObjectState`]), and rays reach

@@ -1,4 +1,4 @@
-//! Meshes that builders and kernels must survive (reliability R5), for the unit tests of `accel` and `trace`.
+//! Meshes that builders and kernels must survive, for the unit tests of `accel` and `trace`.
 
 use crate::scene::Mesh;
 use glam::Vec3;

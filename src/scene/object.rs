@@ -15,7 +15,7 @@ pub enum Motion {
     Unstructured,
 }
 
-/// How an object's acceleration structure is built and brought up to date (design §5).
+/// How an object's acceleration structure is built and brought up to date.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Strategy {
     /// Chosen from the motion flag, from what was measured, and from whether rays met the object.

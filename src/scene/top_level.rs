@@ -1,6 +1,6 @@
 //! Which structure lies over the instances.
 
-/// The structure over the instances of a frame (design §5). All give the same picture.
+/// The structure over the instances of a frame. All give the same picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum TopLevelKind {
     /// The one that was measured to be faster.
