@@ -74,26 +74,10 @@ impl<'a> TileJob<'a> {
         rounds: u32,
         pixels: &mut Tile,
     ) -> Option<RayCounts> {
+        let Desk { memory, camera, samples, pattern, sums, before } = desk;
         if rounds > 0 {
-            desk.before.clone_from(pixels);
+            before.clone_from(pixels);
         }
-        let counts = self.render_on(desk, origin, visible, turn, rounds, pixels);
-        if counts.is_none() && rounds > 0 {
-            pixels.clone_from(&desk.before);
-        }
-        counts
-    }
-
-    fn render_on(
-        &self,
-        desk: &mut Desk,
-        origin: [u32; 2],
-        visible: TileRect,
-        turn: Option<Turn>,
-        rounds: u32,
-        pixels: &mut Tile,
-    ) -> Option<RayCounts> {
-        let Desk { memory, camera, samples, pattern, sums, .. } = desk;
         let new = if self.primary_only { Worker::primary_only } else { Worker::new };
         let mut worker = new(self.scene, self.tracer, std::mem::take(memory)).until(self.cancel);
         let pattern = pattern.of(if self.primary_only { 1 } else { self.frame.samples }, rounds);
@@ -148,6 +132,9 @@ impl<'a> TileJob<'a> {
         }
         let counts = (!worker.is_cancelled()).then_some(worker.counts);
         *memory = worker.into_memory();
+        if counts.is_none() && rounds > 0 {
+            pixels.clone_from(before);
+        }
         counts
     }
 
